@@ -1,0 +1,1 @@
+"""Compiled loops only: private, unchecked, pure; they never write their inputs unless the name says so."""

@@ -1,0 +1,1 @@
+"""What a posterior says about these demonstrations: subgoals, segments, partitions, residuals."""

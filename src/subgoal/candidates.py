@@ -1,0 +1,1 @@
+"""Where subgoals may lie."""

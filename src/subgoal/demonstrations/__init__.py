@@ -1,0 +1,1 @@
+"""Files in, frozen Demonstrations out: readers, resampling, velocities, thinning, units."""

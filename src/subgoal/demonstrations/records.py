@@ -1,0 +1,200 @@
+"""The frozen records of this room: a Recording (positions over time), Demonstrations (states, actions)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from subgoal.runtime.checks import Floats, Ints, check_offset, frozen, real_array
+from subgoal.runtime.errors import InputError
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where data came from: a name for people, a checksum for provenance, and what was done on the way in.
+
+    ``notes`` counts every quiet act: rows dropped, gaps split, samples interpolated.
+    """
+
+    name: str = "arrays"
+    checksum: str = ""
+    notes: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Positions over time, as read from a file, before velocities.
+
+    Attributes
+    ----------
+    positions:
+        (M, d) samples in ``units``.
+    times:
+        (M,) seconds (or frames, if that is all the file has), strictly increasing within a trajectory.
+    offset:
+        (D+1,) start of each trajectory in the rows, ending with M.
+    names, units:
+        d column names; one unit for all columns ("" if unknown).
+    trajectory_names:
+        D labels (the values of the id column).
+    time_unit:
+        "s", "frame" or another unit of ``times``.
+    """
+
+    positions: Floats
+    times: Floats
+    offset: Ints
+    names: tuple[str, ...]
+    units: str = ""
+    trajectory_names: tuple[str, ...] = ()
+    time_unit: str = "s"
+    source: Source = field(default_factory=Source)
+
+    def __post_init__(self) -> None:
+        positions = real_array("positions", self.positions, ndim=2)
+        times = real_array("times", self.times, ndim=1)
+        offset = check_offset(self.offset, len(positions))
+        _same_length("times", times, len(positions))
+        inside = np.ones(len(times), bool)
+        inside[offset[:-1]] = False
+        back = inside & ~(np.diff(times, prepend=-np.inf) > 0)
+        if back.any():
+            row = int(np.argmax(back))
+            raise InputError(
+                "times", where=f"row {row}", found=f"{times[row]} after {times[row - 1]}",
+                wanted="times that increase within a trajectory",
+                hint="drop or sort the rows first; readers do so with clock='sort', 'split' or 'drop'",
+            )  # fmt: skip
+        _set(self, positions=positions, times=times, offset=offset)
+        _set(self, names=_labels("names", self.names, positions.shape[1], "x"))
+        _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, len(offset) - 1, "T"))
+
+    @property
+    def n_trajectories(self) -> int:
+        """Number of trajectories D."""
+        return len(self.offset) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstrations:
+    """State-action pairs, grouped into trajectories: what every learner of this library takes.
+
+    Attributes
+    ----------
+    states:
+        (N, d) float positions, or (N,) integers for a discrete world.
+    actions:
+        (N, k) floats (velocities in ``units`` per ``time_unit``), or (N,) integers.
+    offset:
+        (D+1,) start of each trajectory, ending with N. Unordered pairs are one trajectory per pair.
+    times:
+        (N,) time of each pair, or None.
+    final_states:
+        (D, d) or (D,) where each trajectory ended; the last state of each if not given.
+    truncated:
+        (D,) True where the recording stopped before the demonstrator did.
+    names, units, trajectory_names, time_unit, source:
+        As in ``Recording``.
+
+    Raises
+    ------
+    InputError
+        Wrong shape, NaN, infinity, or offsets that do not fit, naming the argument and the index.
+    """
+
+    states: Any
+    actions: Any
+    offset: Ints
+    times: Floats | None = None
+    final_states: Any = None
+    truncated: Any = None
+    names: tuple[str, ...] = ()
+    units: str = ""
+    trajectory_names: tuple[str, ...] = ()
+    time_unit: str = "s"
+    source: Source = field(default_factory=Source)
+
+    def __post_init__(self) -> None:
+        states, actions = _values("states", self.states), _values("actions", self.actions)
+        _same_length("actions", actions, len(states))
+        offset = check_offset(self.offset, len(states))
+        count = len(offset) - 1
+        final = states[offset[1:] - 1] if self.final_states is None else _values("final_states", self.final_states)
+        _same_length("final_states", final, count)
+        if final.shape[1:] != states.shape[1:]:
+            raise InputError("final_states", found=f"shape {final.shape}", wanted=f"{(count, *states.shape[1:])}")
+        truncated = np.zeros(count, bool) if self.truncated is None else np.asarray(self.truncated, bool)
+        _same_length("truncated", truncated, count)
+        times = None if self.times is None else real_array("times", self.times, ndim=1)
+        if times is not None:
+            _same_length("times", times, len(states))
+        _set(self, states=states, actions=actions, offset=offset, times=times)
+        _set(self, final_states=frozen(final), truncated=frozen(truncated))
+        width = states.shape[1] if states.ndim == 2 else 1
+        _set(self, names=_labels("names", self.names, width, "x"))
+        _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, count, "T"))
+
+    @classmethod
+    def from_arrays(cls, states: Any, actions: Any, offset: Any = None, **fields: Any) -> Demonstrations:
+        """Demonstrations from what is in memory.
+
+        ``offset`` (D+1,) marks trajectories; without it the pairs are unordered (thesis 4.1: exchangeable), each a
+        trajectory of its own. Other ``fields`` as in the class.
+        """
+        if offset is None:
+            offset = np.arange(len(states) + 1)
+        return cls(states=states, actions=actions, offset=offset, **fields)
+
+    @property
+    def n_observations(self) -> int:
+        """Number of pairs N."""
+        return len(self.states)
+
+    @property
+    def n_trajectories(self) -> int:
+        """Number of trajectories D."""
+        return len(self.offset) - 1
+
+    @property
+    def trajectory(self) -> Ints:
+        """(N,) index of the trajectory of each pair."""
+        return np.repeat(np.arange(self.n_trajectories), np.diff(self.offset))
+
+    @property
+    def extent(self) -> float:
+        """Largest range over the dimensions of the states, final states included (float states only)."""
+        places = np.vstack([self.states, self.final_states])
+        return float(np.ptp(places, axis=0).max())
+
+
+def _values(what: str, value: Any) -> Any:
+    """Integers (N,) as int64, anything else as float (N, k)."""
+    array = np.asarray(value)
+    if array.size == 0:
+        raise InputError(what, found="no observations", wanted="at least one")
+    if array.dtype.kind in "iu" and array.ndim == 1:
+        return frozen(np.ascontiguousarray(array, dtype=np.int64))
+    if array.ndim == 1:
+        array = array[:, None]
+    return real_array(what, array, ndim=2)
+
+
+def _same_length(what: str, array: Any, count: int) -> None:
+    if len(array) != count:
+        raise InputError(what, found=f"{len(array)} rows", wanted=f"{count} rows")
+
+
+def _labels(what: str, given: Sequence[str], count: int, prefix: str) -> tuple[str, ...]:
+    if not given:
+        return tuple(f"{prefix}{k}" for k in range(count))
+    if len(given) != count:
+        raise InputError(what, found=f"{len(given)} labels", wanted=f"{count}")
+    return tuple(str(label) for label in given)
+
+
+def _set(record: Any, **values: Any) -> None:
+    for name, value in values.items():
+        object.__setattr__(record, name, value)

@@ -1,0 +1,1 @@
+"""sample(), Posterior, status and diagnostics."""

@@ -1,0 +1,88 @@
+"""Checks at the door: arrays in, validated read-only float or integer arrays out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from subgoal.runtime.errors import InputError
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """A read-only view; the caller's own array keeps its flags."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def real_array(what: str, value: Any, *, ndim: int | tuple[int, ...], finite: bool = True) -> Floats:
+    """``value`` as a C-contiguous read-only float64 array of ``ndim`` dimensions.
+
+    Raises ``InputError`` naming the first offending index for NaN and infinity.
+    """
+    try:
+        array = np.ascontiguousarray(np.asarray(value), dtype=np.float64)
+    except (TypeError, ValueError) as problem:
+        raise InputError(what, found=f"{type(value).__name__} ({problem})", wanted="real numbers") from None
+    if np.iscomplexobj(value):
+        raise InputError(what, found="complex numbers", wanted="real numbers")
+    if np.ndim(value) == 0:
+        array = array.reshape(())
+    wanted = (ndim,) if isinstance(ndim, int) else ndim
+    if array.ndim not in wanted:
+        shape = " or ".join(f"{n} dimension{'s' if n != 1 else ''}" for n in wanted)
+        raise InputError(what, found=f"an array of shape {array.shape}", wanted=shape)
+    if finite and not np.isfinite(array).all():
+        index = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise InputError(what, where=f"index {index}", found=array[index], wanted="a finite number")
+    if array is value or np.shares_memory(array, value if isinstance(value, np.ndarray) else array):
+        array = array.view()
+    return frozen(array)
+
+
+def positive(what: str, value: Any, *, zero: bool = False) -> float:
+    """``value`` as a finite float above zero (or at least zero). NaN fails."""
+    wanted = "a finite number of at least 0" if zero else "a finite number above 0"
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(what, found=repr(value), wanted=wanted) from None
+    if not (number >= 0 if zero else number > 0) or not np.isfinite(number):
+        raise InputError(what, found=value, wanted=wanted)
+    return number
+
+
+def whole(what: str, value: Any, *, least: int = 1) -> int:
+    """``value`` as an integer of at least ``least``; 2.0 passes, 2.5 and True do not."""
+    wanted = f"a whole number of at least {least}"
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise InputError(what, found=repr(value), wanted=wanted)
+    if not value >= least or value != int(value):
+        raise InputError(what, found=value, wanted=wanted)
+    return int(value)
+
+
+def check_offset(offset: Any, count: int) -> Ints:
+    """Trajectory boundaries (D+1,): from 0 to ``count``; empty trajectories are refused."""
+    array = np.asarray(offset)
+    if array.ndim != 1 or array.size < 2 or array.dtype.kind not in "iu":
+        raise InputError(
+            "offset",
+            found=f"{array.dtype} of shape {array.shape}",
+            wanted="integers of shape (trajectories + 1,)",
+        )
+    array = np.ascontiguousarray(array, dtype=np.int64)
+    if array[0] != 0 or array[-1] != count:
+        raise InputError("offset", found=f"{array[0]}..{array[-1]}", wanted=f"0..{count}")
+    steps = np.diff(array)
+    if (steps <= 0).any():
+        where = int(np.argmax(steps <= 0))
+        raise InputError(
+            "offset", where=f"trajectory {where}", found=f"{steps[where]} observations", wanted="at least one"
+        )
+    return frozen(array)
