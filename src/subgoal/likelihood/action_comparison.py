@@ -1,0 +1,256 @@
+"""Action comparison (thesis 5.1.2): the demonstrated action against what a controller would do for each goal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from subgoal._kernels.directions import direction_log_sum, direction_tile
+from subgoal.candidates import Candidates
+from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood import normalisers
+from subgoal.likelihood.controllers import Controller
+from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
+from subgoal.runtime.checks import Floats
+from subgoal.runtime.errors import InputError
+
+DEFAULT_CONFIDENCE = 3.0
+SLOW = 0.01
+Compare = Literal["direction", "action"]
+
+
+def action_comparison(
+    demonstrations: Demonstrations,
+    candidates: Candidates,
+    *,
+    confidence: float = DEFAULT_CONFIDENCE,
+    controller: Controller | None = None,
+    compare: Compare | None = None,
+    dense_entries: int = DENSE_ENTRIES,
+) -> LogLikelihood:
+    """The table log p(a_i | s_i, g) = −α‖a_i − a_CL(s_i, g)‖ − log Z(α), equation (5.1) with its normaliser.
+
+    Parameters
+    ----------
+    demonstrations:
+        Positions (N, d) and actions (N, k).
+    candidates:
+        G places; their metric weighs the dimensions and wraps angles, half their radius counts as being there.
+    confidence:
+        α in nats per unit: of a unit direction (0 to 2), or of the median demonstrated speed.
+    controller:
+        (state, goal) -> action. None is straight to the goal (5.2), compared by direction, compiled.
+    compare:
+        "direction": both actions scaled by the weights and normalised, density over the unit sphere, uniform where the
+        candidate is within radius/2. "action": density over R^k with the median demonstrated speed as scale, a_CL = 0
+        within radius/2. Default: direction for straight to the goal, else action.
+    dense_entries:
+        Above this N·G the table is computed in tiles and never held whole; the draws are the same.
+
+    Notes
+    -----
+    Pairs slower than 1 % of the median speed (over the pairs that move) say nothing of a goal: their row is uniform
+    (over the sphere, or over the ball of the fastest demonstrated speed). They are kept, and counted in the result.
+
+    Raises
+    ------
+    InputError
+        Discrete data, dimensions that do not fit, a controller whose actions have the wrong shape, nothing that moves.
+    """
+    states, actions = np.asarray(demonstrations.states), np.asarray(demonstrations.actions)
+    for what, array in (("states", states), ("actions", actions)):
+        if array.ndim != 2:
+            raise InputError(f"demonstrations.{what}", found="integers", wanted="real numbers of shape (N, d)")
+    if candidates.points.shape[1] != states.shape[1]:
+        raise InputError(
+            "candidates", found=f"{candidates.points.shape[1]} dimensions", wanted=f"{states.shape[1]}, as the states"
+        )
+    compare = compare or ("direction" if controller is None else "action")
+    if compare not in ("direction", "action"):
+        raise InputError("compare", found=repr(compare), wanted="'direction' or 'action'")
+    if controller is None and compare == "action":
+        raise InputError("controller", found="None", wanted="a controller, to compare whole actions with")
+    pace = _pace(actions, _action_weights(candidates.metric, actions.shape[1], compare))
+    if controller is None:
+        source: Directions | ControllerActions = Directions.of(states, actions, candidates, pace)
+    else:
+        source = ControllerActions.of(states, actions, candidates, pace, controller, compare)
+    return LogLikelihood(source, confidence, candidates, demonstrations, dense_entries)
+
+
+@dataclass(frozen=True, eq=False)
+class Pace:
+    """Weights of the action dimensions, median and top speed of the pairs that move, and which pairs are slow."""
+
+    weights: Floats
+    median: float
+    top: float
+    slow: NDArray[np.bool_]
+
+
+def _action_weights(metric: Metric, width: int, compare: Compare) -> Floats:
+    if metric.dimension == width:
+        return metric.weights
+    if (metric.weights == metric.weights[0]).all() and compare == "action":
+        return np.full(width, metric.weights[0])
+    raise InputError(
+        "demonstrations.actions", found=f"{width} columns", wanted=f"{metric.dimension}, as the states, to compare with"
+    )
+
+
+def _pace(actions: Floats, weights: Floats) -> Pace:
+    speed = np.linalg.norm(actions * weights, axis=1)
+    moving = speed[speed > 0]
+    if not moving.size:
+        raise InputError("demonstrations.actions", found="only zeros", wanted="at least one action that moves")
+    median = float(np.median(moving))
+    return Pace(weights, median, float(speed.max()), speed < SLOW * median)
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Unit directions against the straight way (5.2): the compiled source. All arrays in weighted units."""
+
+    units: Floats
+    states: Floats
+    goals: Floats
+    period: Floats
+    slow: NDArray[np.bool_]
+    near: float
+    kind: str = field(default="directions", init=False)
+
+    @classmethod
+    def of(cls, states: Floats, actions: Floats, candidates: Candidates, pace: Pace) -> Directions:
+        """Weighted once, here, so that the loops need not."""
+        weights, weighted = candidates.metric.weights, actions * pace.weights
+        speed = np.linalg.norm(weighted, axis=1, keepdims=True)
+        return cls(
+            np.ascontiguousarray(weighted / np.where(speed > 0, speed, 1.0)),
+            np.ascontiguousarray(states * weights),
+            np.ascontiguousarray((candidates.points * weights).T),
+            candidates.metric.period * weights,
+            pace.slow,
+            candidates.radius / 2,
+        )
+
+    @property
+    def uninformative(self) -> NDArray[np.bool_]:
+        """(N,) slow pairs."""
+        return self.slow
+
+    def _constants(self, confidence: float) -> tuple[float, float]:
+        d = self.states.shape[1]
+        return normalisers.log_direction_normaliser(confidence, d), -normalisers.log_sphere_area(d)
+
+    def log_density(self, start: int, stop: int, confidence: float) -> Floats:
+        """Complete density over the unit sphere."""
+        out = np.empty((stop - start, self.goals.shape[1]))
+        block = slice(start, stop)
+        direction_tile(
+            self.units[block], self.states[block], self.slow[block], self.goals, self.period, self.near, confidence,
+            *self._constants(confidence), out,
+        )  # fmt: skip
+        return out
+
+    def log_marginal(self, start: int, stop: int, confidence: float, log_prior: Floats) -> Floats:
+        """Summed on the fly: memory O(N + G)."""
+        out = np.empty(stop - start)
+        block = slice(start, stop)
+        direction_log_sum(
+            self.units[block], self.states[block], self.slow[block], self.goals, self.period, self.near, confidence,
+            *self._constants(confidence), log_prior, out,
+        )  # fmt: skip
+        return out
+
+    def arrived(self, start: int, stop: int) -> NDArray[np.bool_]:
+        """Within half the candidates' radius."""
+        metric = Metric(np.ones(len(self.period)), self.period)
+        return metric.distance(self.states[start:stop, None], self.goals.T[None]) <= self.near
+
+
+@dataclass(frozen=True, eq=False)
+class ControllerActions:
+    """Any controller, called for blocks of observations and all candidates at once."""
+
+    states: Floats
+    actions: Floats
+    candidates: Candidates
+    pace: Pace
+    controller: Controller
+    compare: Compare
+    kind: str = field(default="controller", init=False)
+
+    @classmethod
+    def of(
+        cls,
+        states: Floats,
+        actions: Floats,
+        candidates: Candidates,
+        pace: Pace,
+        controller: Controller,
+        compare: Compare,
+    ) -> ControllerActions:
+        """Tried on one pair before anything is built on it."""
+        source = cls(states, actions, candidates, pace, controller, compare)
+        source._goal_actions(0, 1)
+        return source
+
+    @property
+    def uninformative(self) -> NDArray[np.bool_]:
+        """(N,) slow pairs."""
+        return self.pace.slow
+
+    def _goal_actions(self, start: int, stop: int) -> Floats:
+        """(B, G, k) what the controller would do."""
+        shape = (stop - start, self.candidates.n_candidates, self.actions.shape[1])
+        answer = np.asarray(self.controller(self.states[start:stop, None], self.candidates.points[None]), float)
+        try:
+            answer = np.broadcast_to(answer, shape)
+        except ValueError:
+            raise InputError(
+                "controller", found=f"actions of shape {answer.shape}", wanted=f"{shape} (observations, candidates, k)",
+                hint="write it for states and goals that broadcast, e.g. goal - state",
+            ) from None  # fmt: skip
+        if not np.isfinite(answer).all():
+            i, g, _ = (int(k) for k in np.argwhere(~np.isfinite(answer))[0])
+            raise InputError("controller", where=f"observation {start + i}, candidate {g}", found="a non-finite action",
+                             wanted="finite numbers")  # fmt: skip
+        return answer
+
+    def log_density(self, start: int, stop: int, confidence: float) -> Floats:
+        """Complete density over the unit sphere or over R^k, as ``compare`` says."""
+        there, weights = self.arrived(start, stop), self.pace.weights
+        wanted = self._goal_actions(start, stop) * weights
+        done = (self.actions[start:stop] * weights)[:, None]
+        k, log_weights = self.actions.shape[1], normalisers.sum_log(weights)
+        if self.compare == "direction":
+            length = np.linalg.norm(wanted, axis=2)
+            blank = there | (length == 0)
+            gap = _unit(done) - wanted / np.where(length == 0, 1.0, length)[..., None]
+            log_z, flat = normalisers.log_direction_normaliser(confidence, k), -normalisers.log_sphere_area(k)
+            values = np.where(blank, flat, -confidence * np.linalg.norm(gap, axis=2) - log_z)
+        else:
+            gap = done - np.where(there[..., None], 0.0, wanted)
+            log_z = normalisers.log_action_normaliser(confidence, k, self.pace.median, log_weights)
+            flat = -normalisers.log_ball_volume(k, self.pace.top, log_weights)
+            values = -confidence * np.linalg.norm(gap, axis=2) / self.pace.median - log_z
+        values[self.pace.slow[start:stop]] = flat
+        return np.asarray(values)
+
+    def log_marginal(self, start: int, stop: int, confidence: float, log_prior: Floats) -> None:
+        """No shorter way."""
+
+    def arrived(self, start: int, stop: int) -> NDArray[np.bool_]:
+        """Within half the candidates' radius."""
+        points = self.candidates.points[None]
+        distance = self.candidates.metric.distance(self.states[start:stop, None], points)
+        return np.asarray(distance <= self.candidates.radius / 2)
+
+
+def _unit(vectors: Floats) -> Floats:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0, length, 1.0))
