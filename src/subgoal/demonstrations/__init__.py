@@ -1,1 +1,24 @@
 """Files in, frozen Demonstrations out: readers, resampling, velocities, thinning, units."""
+
+from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.prepare import demonstrate
+from subgoal.demonstrations.read import read
+from subgoal.demonstrations.readers import read_recording
+from subgoal.demonstrations.recordings import resample, split_at_gaps, starting_in
+from subgoal.demonstrations.records import Demonstrations, Recording, Source
+from subgoal.demonstrations.thinning import epsilon_net_indices, thin
+
+__all__ = [
+    "Demonstrations",
+    "Metric",
+    "Recording",
+    "Source",
+    "demonstrate",
+    "epsilon_net_indices",
+    "read",
+    "read_recording",
+    "resample",
+    "split_at_gaps",
+    "starting_in",
+    "thin",
+]

@@ -55,9 +55,7 @@ class Metric:
             np.full(dimension, np.inf) if period is None else np.asarray(period, float),
         )
         if metric.dimension != dimension:
-            raise InputError(
-                "weights", found=f"{metric.dimension} dimensions", wanted=f"{dimension}, as the states"
-            )
+            raise InputError("weights", found=f"{metric.dimension} dimensions", wanted=f"{dimension}, as the states")
         return metric
 
     @property

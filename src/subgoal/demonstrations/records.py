@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,15 @@ class Source:
     checksum: str = ""
     notes: dict[str, int] = field(default_factory=dict)
 
+    def noting(self, **counts: int) -> Source:
+        """The same source with counts added to its notes; "_" in a key reads as a space, zeros are left out."""
+        notes = dict(self.notes)
+        for key, count in counts.items():
+            if count:
+                label = key.replace("_", " ")
+                notes[label] = notes.get(label, 0) + int(count)
+        return replace(self, notes=notes)
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -41,7 +50,11 @@ class Recording:
     trajectory_names:
         D labels (the values of the id column).
     time_unit:
-        "s", "frame" or another unit of ``times``.
+        "s", "frame", "sample" or another unit of ``times``.
+    actions:
+        (M, k) recorded actions (commands, measured velocities), or None: then velocities are computed.
+    truncated:
+        (D,) True where the recording stopped before the demonstrator did (it was cut at a gap).
     """
 
     positions: Floats
@@ -52,6 +65,8 @@ class Recording:
     trajectory_names: tuple[str, ...] = ()
     time_unit: str = "s"
     source: Source = field(default_factory=Source)
+    actions: Floats | None = None
+    truncated: Any = None
 
     def __post_init__(self) -> None:
         positions = real_array("positions", self.positions, ndim=2)
@@ -68,7 +83,12 @@ class Recording:
                 wanted="times that increase within a trajectory",
                 hint="drop or sort the rows first; readers do so with clock='sort', 'split' or 'drop'",
             )  # fmt: skip
-        _set(self, positions=positions, times=times, offset=offset)
+        if self.actions is not None:
+            _set(self, actions=real_array("actions", self.actions, ndim=2))
+            _same_length("actions", self.actions, len(positions))
+        truncated = np.zeros(len(offset) - 1, bool) if self.truncated is None else np.array(self.truncated, bool)
+        _same_length("truncated", truncated, len(offset) - 1)
+        _set(self, positions=positions, times=times, offset=offset, truncated=frozen(truncated))
         _set(self, names=_labels("names", self.names, positions.shape[1], "x"))
         _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, len(offset) - 1, "T"))
 

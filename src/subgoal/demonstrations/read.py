@@ -1,0 +1,61 @@
+"""One call from a file to Demonstrations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from subgoal.demonstrations.prepare import demonstrate
+from subgoal.demonstrations.readers import PAIRS, RECORDINGS, format_of, known_options, read_recording
+from subgoal.demonstrations.readers import accepted as options_of
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.demonstrations.thinning import thin as thin_pairs
+
+
+def read(
+    path: Any,
+    *,
+    format: str | None = None,
+    rate: float | None = None,
+    every: int = 1,
+    velocity: str = "central",
+    window: int | None = None,
+    max_gap: float | None = None,
+    thin: float | None = None,
+    **options: Any,
+) -> Demonstrations:
+    """Read a file and make state-action pairs of it: ``read_recording`` followed by ``demonstrate``.
+
+    Parameters
+    ----------
+    path:
+        The file.
+    format:
+        "csv", "npz", ...; found out if not given.
+    rate, every, velocity, window, max_gap, thin:
+        As in ``demonstrate``. ``rate`` and ``max_gap`` also go to readers that take them: for a file without a
+        clock, ``rate`` is how many samples or frames there are in a second.
+    options:
+        Those of the reader, such as ``position=["x", "y"], time="t", trajectory="id"`` for tables.
+
+    Returns
+    -------
+    Demonstrations. A file of ready pairs is given back as it is, thinned if ``thin`` is given.
+
+    Raises
+    ------
+    ReadError
+        The file is missing, torn, or not of its format; names file, place and what to try.
+    InputError
+        An option out of range, or nothing is left to learn from.
+    """
+    chosen = format_of(path, format)
+    if chosen in PAIRS:
+        demos = PAIRS[chosen](path, **known_options(PAIRS[chosen], options))
+        return demos if thin is None else thin_pairs(demos, thin)
+    shared = {"rate": rate, "max_gap": max_gap}
+    taken = options_of(RECORDINGS[chosen])
+    options |= {name: value for name, value in shared.items() if value is not None and name in taken}
+    return demonstrate(
+        read_recording(path, format=chosen, **options),
+        rate=rate, every=every, velocity=velocity, window=window, max_gap=max_gap, thin=thin,
+    )  # fmt: skip

@@ -1,0 +1,86 @@
+"""One file per format; ``read_recording`` chooses among them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from subgoal.demonstrations.readers.csv import read_csv
+from subgoal.demonstrations.readers.detect import find_format
+from subgoal.demonstrations.readers.edinburgh import read_edinburgh
+from subgoal.demonstrations.readers.files import plain_file
+from subgoal.demonstrations.readers.lasa import read_lasa
+from subgoal.demonstrations.readers.npz import read_npz, read_pairs
+from subgoal.demonstrations.readers.tum import read_tum
+from subgoal.demonstrations.records import Demonstrations, Recording
+from subgoal.runtime.errors import InputError
+
+RECORDINGS: Mapping[str, Callable[..., Recording]] = {
+    "csv": read_csv,
+    "npz": read_npz,
+    "edinburgh": read_edinburgh,
+    "tum": read_tum,
+    "lasa": read_lasa,
+}
+"""Formats that hold positions over time."""
+
+PAIRS: Mapping[str, Callable[..., Demonstrations]] = {
+    "pairs": read_pairs,
+}
+"""Formats that hold states and actions already."""
+
+
+def read_recording(path: Any, *, format: str | None = None, **options: Any) -> Recording:
+    """Read positions over time from a file, by the reader for its format.
+
+    Parameters
+    ----------
+    path:
+        The file.
+    format:
+        A key of ``RECORDINGS``; found out from the name and the first bytes if not given.
+    options:
+        Those of the reader, such as ``position=["x", "y"]`` for "csv".
+
+    Raises
+    ------
+    ReadError
+        The file is missing, torn, or not of its format.
+    InputError
+        An unknown format or option, or a file of ready pairs, which ``read`` reads.
+    """
+    chosen = format_of(path, format)
+    if chosen in PAIRS:
+        raise InputError("format", found=f"{chosen!r}, ready pairs", wanted="positions over time", hint="read(path)")
+    return RECORDINGS[chosen](path, **known_options(RECORDINGS[chosen], options))
+
+
+def format_of(path: Any, format: str | None = None) -> str:
+    """The format given, checked, or the one found out."""
+    known = [*RECORDINGS, *PAIRS]
+    if format is None:
+        return find_format(plain_file(path))
+    if format not in known:
+        raise InputError("format", found=repr(format), wanted=", ".join(map(repr, known)))
+    return format
+
+
+def accepted(reader: Callable[..., Any]) -> set[str]:
+    """Names of the options a reader takes."""
+    return set(inspect.signature(reader).parameters) - {"path"}
+
+
+def known_options(reader: Callable[..., Any], options: dict[str, Any]) -> dict[str, Any]:
+    """``options``, after checking that the reader takes all of them."""
+    unknown = sorted(set(options) - accepted(reader))
+    if unknown:
+        raise InputError(
+            "options",
+            found=", ".join(unknown),
+            wanted=f"options of {reader.__name__}: {', '.join(sorted(accepted(reader)))}",
+        )
+    return options
+
+
+__all__ = ["PAIRS", "RECORDINGS", "format_of", "read_recording"]

@@ -1,0 +1,62 @@
+"""A file at the door: it exists, is a plain file, is not empty, and has a checksum."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from subgoal.demonstrations.records import Source
+from subgoal.runtime.errors import InputError, MissingExtraError, ReadError
+
+HEAD = 65536
+"""Bytes looked at to find out what a file is."""
+
+
+def plain_file(path: Any) -> Path:
+    """``path`` as a Path of an existing, readable, non-empty plain file.
+
+    Raises ``ReadError`` saying which of these fails, ``InputError`` if it is no path.
+    """
+    if not isinstance(path, (str, os.PathLike)) or "\0" in str(path):
+        raise InputError("path", found=repr(path), wanted="the name of a file")
+    place = Path(path)
+    try:
+        if not place.is_file():
+            found = "a folder" if place.is_dir() else "something special" if place.exists() else "no such file"
+            raise ReadError(str(path), found=found, wanted="a plain file")
+        if place.stat().st_size == 0:
+            raise ReadError(str(path), found="an empty file", wanted="data")
+    except OSError as problem:
+        raise ReadError(str(path), found=problem.strerror or str(problem), wanted="a readable file") from None
+    return place
+
+
+def head(path: Path) -> bytes:
+    """The first bytes of a file."""
+    try:
+        with path.open("rb") as stream:
+            return stream.read(HEAD)
+    except OSError as problem:
+        raise ReadError(str(path), found=problem.strerror or str(problem), wanted="a readable file") from None
+
+
+def source_of(path: Path) -> Source:
+    """Name and SHA-256 of a file."""
+    with guarded(path, "a readable file"), path.open("rb") as stream:
+        return Source(path.name, hashlib.file_digest(stream, "sha256").hexdigest())
+
+
+@contextmanager
+def guarded(path: Path, wanted: str) -> Iterator[None]:
+    """Turn whatever a foreign parser raises on a broken file into ``ReadError``; our own errors pass."""
+    try:
+        yield
+    except (InputError, MissingExtraError):
+        raise
+    except Exception as problem:
+        told = " ".join(f"{type(problem).__name__}: {problem}".split())[:300]
+        raise ReadError(str(path), found=told, wanted=wanted) from problem

@@ -1,0 +1,175 @@
+"""Verbs on a Recording: choose, split and resample trajectories. Each returns a new one and counts what it did."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from subgoal.demonstrations.records import Recording, Source
+from subgoal.runtime.checks import Floats, Ints, positive, real_array
+from subgoal.runtime.errors import InputError
+
+ON_GRID = 1e-6
+"""A sample this close to a resampling time, in steps, counts as lying on it."""
+
+
+def select_trajectories(recording: Recording, wanted: NDArray[np.bool_], source: Source) -> Recording:
+    """The trajectories marked in ``wanted`` (D,), with ``source`` in place of the old one.
+
+    Raises ``InputError`` if none is left.
+    """
+    if not wanted.any():
+        raise InputError("recording", found="no trajectory left", wanted="at least one", hint=_what_happened(source))
+    lengths = np.diff(recording.offset)
+    rows = np.repeat(wanted, lengths)
+    return replace(
+        recording,
+        positions=recording.positions[rows],
+        times=recording.times[rows],
+        offset=np.concatenate([[0], np.cumsum(lengths[wanted])]),
+        trajectory_names=tuple(n for n, w in zip(recording.trajectory_names, wanted, strict=True) if w),
+        actions=None if recording.actions is None else recording.actions[rows],
+        truncated=recording.truncated[wanted],
+        source=source,
+    )
+
+
+def starting_in(recording: Recording, lower: Sequence[float], upper: Sequence[float]) -> Recording:
+    """The trajectories whose first sample lies strictly inside the box; bounds (d,) may be ±infinity.
+
+    Raises ``InputError`` if the bounds do not fit the positions or no trajectory starts there.
+    """
+    bounds = [real_array(what, b, ndim=1, finite=False) for what, b in (("lower", lower), ("upper", upper))]
+    for what, bound in zip(("lower", "upper"), bounds, strict=True):
+        if bound.size != recording.positions.shape[1] or np.isnan(bound).any():
+            wanted = f"{recording.positions.shape[1]} bounds, infinite where there is none"
+            raise InputError(what, found=list(bound), wanted=wanted)
+    start = recording.positions[recording.offset[:-1]]
+    inside = np.asarray(((start > bounds[0]) & (start < bounds[1])).all(axis=1))
+    return select_trajectories(
+        recording, inside, recording.source.noting(trajectories_starting_elsewhere_dropped=int((~inside).sum()))
+    )
+
+
+def split_at_gaps(recording: Recording, max_gap: float) -> Recording:
+    """Cut trajectories where two samples lie more than ``max_gap`` (in ``time_unit``) apart.
+
+    Pieces are named "name/0", "name/1"; all but the last piece of a trajectory are marked ``truncated``.
+    Raises ``InputError`` unless ``max_gap`` is above 0.
+    """
+    max_gap = positive("max_gap", max_gap)
+    steps = np.diff(recording.times)
+    steps[recording.offset[1:-1] - 1] = 0.0
+    cuts = np.flatnonzero(steps > max_gap) + 1
+    if not len(cuts):
+        return recording
+    offset = np.union1d(recording.offset, cuts)
+    parent = np.searchsorted(recording.offset, offset[:-1], side="right") - 1
+    names, last = piece_names(recording.trajectory_names, parent)
+    return replace(
+        recording,
+        offset=offset,
+        trajectory_names=names,
+        truncated=recording.truncated[parent] | ~last,
+        source=recording.source.noting(gaps_split=len(cuts)),
+    )
+
+
+def piece_names(names: Sequence[str], parent: Ints) -> tuple[tuple[str, ...], NDArray[np.bool_]]:
+    """Names of pieces, "name/0", "name/1" where a trajectory was cut, and (P,) which piece is the last of its own.
+
+    ``parent`` (P,) is the trajectory of each piece, in ascending order, every one present.
+    """
+    pieces = np.bincount(parent)
+    piece = np.arange(len(parent)) - (np.cumsum(pieces) - pieces)[parent]
+    labels = (names[p] if pieces[p] == 1 else f"{names[p]}/{k}" for p, k in zip(parent, piece, strict=True))
+    return tuple(labels), piece == pieces[parent] - 1
+
+
+def resample(recording: Recording, rate: float, *, period: Sequence[float] | None = None) -> Recording:
+    """Every trajectory at a fixed rate, by linear interpolation between its samples.
+
+    Parameters
+    ----------
+    rate:
+        Samples per ``time_unit`` (Hz for seconds). The times are first + k/rate; the last sample of the trajectory
+        stays as its end point, so the last step may be shorter than the others.
+    period:
+        (d,) length after which a dimension wraps (2π for an angle), infinity where it does not. Wrapping
+        dimensions are interpolated the shorter way round and may leave [0, period).
+
+    Raises
+    ------
+    InputError
+        The rate is not above 0, the periods do not fit, the recording carries actions, or the request makes more
+        than 100 samples for each one there is and more than ten million in all.
+    """
+    rate = positive("rate", rate)
+    if recording.actions is not None:
+        raise InputError("rate", found=rate, wanted="None: recorded actions are not interpolated", hint="use every=")
+    wraps = real_array("period", period or [np.inf] * recording.positions.shape[1], ndim=1, finite=False)
+    if wraps.size != recording.positions.shape[1] or not (wraps > 0).all():
+        wanted = f"{recording.positions.shape[1]} numbers above 0, infinite for none"
+        raise InputError("period", found=list(wraps), wanted=wanted)
+    _check_size(recording, rate)
+    parts = [
+        _resample_one(recording.positions[a:b], recording.times[a:b], rate, wraps)
+        for a, b in zip(recording.offset[:-1], recording.offset[1:], strict=True)
+    ]
+    made = sum(p[2] for p in parts)
+    return replace(
+        recording,
+        positions=np.concatenate([p[0] for p in parts]),
+        times=np.concatenate([p[1] for p in parts]),
+        offset=np.concatenate([[0], np.cumsum([len(p[1]) for p in parts])]),
+        source=recording.source.noting(samples_interpolated=made),
+    )
+
+
+def _resample_one(places: Floats, times: Floats, rate: float, wraps: Floats) -> tuple[Floats, Floats, int]:
+    """Positions, times and the number of interpolated samples of one trajectory."""
+    steps = (times[-1] - times[0]) * rate
+    last = int(np.floor(steps + ON_GRID))
+    grid = times[0] + np.arange(last + 1) / rate
+    if len(grid) == len(times) and np.abs(grid - times).max() * rate <= ON_GRID:
+        return places, times, 0
+    if steps - last <= ON_GRID:
+        grid[-1] = times[-1]
+    else:
+        grid = np.append(grid, times[-1])
+    unwrapped = np.array(places)
+    for k in np.flatnonzero(np.isfinite(wraps)):
+        unwrapped[:, k] = np.unwrap(places[:, k], period=wraps[k])
+    made = np.stack([np.interp(grid, times, column) for column in unwrapped.T], axis=1)
+    near = np.clip(np.searchsorted(times, grid), 1, len(times) - 1)
+    off = np.minimum(np.abs(grid - times[near - 1]), np.abs(grid - times[near]))
+    return made, grid, int((off * rate > ON_GRID).sum())
+
+
+def _check_size(recording: Recording, rate: float) -> None:
+    spans = recording.times[recording.offset[1:] - 1] - recording.times[recording.offset[:-1]]
+    with np.errstate(over="ignore"):
+        count = float((spans * rate).sum())
+    if not count <= max(1e7, 100.0 * len(recording.times)):
+        raise InputError("rate", found=f"{rate:g}, giving {count:.3g} samples", wanted="fewer samples",
+                         hint="check the unit of the times, or split_at_gaps first")  # fmt: skip
+
+
+def _what_happened(source: Source) -> str | None:
+    told = ", ".join(f"{count} {what}" for what, count in source.notes.items())
+    return f"another selection; so far: {told}" if told else None
+
+
+def join(pieces: Sequence[tuple[str, Any, Any]], **fields: Any) -> Recording:
+    """One Recording from (name, positions (m, d), times (m,)) of each trajectory; ``fields`` as in the class."""
+    return Recording(
+        positions=np.concatenate([p[1] for p in pieces]),
+        times=np.concatenate([p[2] for p in pieces]),
+        offset=np.concatenate([[0], np.cumsum([len(p[2]) for p in pieces])]),
+        trajectory_names=tuple(p[0] for p in pieces),
+        **fields,
+    )
