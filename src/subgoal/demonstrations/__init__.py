@@ -6,6 +6,7 @@ from subgoal.demonstrations.read import read
 from subgoal.demonstrations.readers import read_recording
 from subgoal.demonstrations.recordings import resample, split_at_gaps, starting_in
 from subgoal.demonstrations.records import Demonstrations, Recording, Source
+from subgoal.demonstrations.summary import Summary, summarise
 from subgoal.demonstrations.thinning import epsilon_net_indices, thin
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Metric",
     "Recording",
     "Source",
+    "Summary",
     "demonstrate",
     "epsilon_net_indices",
     "read",
@@ -20,5 +22,6 @@ __all__ = [
     "resample",
     "split_at_gaps",
     "starting_in",
+    "summarise",
     "thin",
 ]

@@ -7,26 +7,34 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from subgoal.demonstrations.readers.csv import read_csv
+from subgoal.demonstrations.readers.deeplabcut import read_deeplabcut
 from subgoal.demonstrations.readers.detect import find_format
 from subgoal.demonstrations.readers.edinburgh import read_edinburgh
 from subgoal.demonstrations.readers.files import plain_file
+from subgoal.demonstrations.readers.labyrinth import read_labyrinth
 from subgoal.demonstrations.readers.lasa import read_lasa
 from subgoal.demonstrations.readers.npz import read_npz, read_pairs
+from subgoal.demonstrations.readers.parquet import read_parquet
+from subgoal.demonstrations.readers.sleap import read_sleap
 from subgoal.demonstrations.readers.tum import read_tum
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.runtime.errors import InputError
 
 RECORDINGS: Mapping[str, Callable[..., Recording]] = {
     "csv": read_csv,
+    "parquet": read_parquet,
     "npz": read_npz,
     "edinburgh": read_edinburgh,
     "tum": read_tum,
     "lasa": read_lasa,
+    "deeplabcut": read_deeplabcut,
+    "sleap": read_sleap,
 }
 """Formats that hold positions over time."""
 
 PAIRS: Mapping[str, Callable[..., Demonstrations]] = {
     "pairs": read_pairs,
+    "labyrinth": read_labyrinth,
 }
 """Formats that hold states and actions already."""
 

@@ -35,8 +35,8 @@ def read_csv(
     Parameters
     ----------
     path:
-        The file. Comma, semicolon, tab and bar are found out, and so are a decimal comma, byte order marks, lines
-        that begin with "#", and a missing header line (then columns are called "0", "1", ...).
+        The file. Comma, semicolon, tab, bar and blanks are found out, and so are a decimal comma, byte order
+        marks, lines that begin with "#", and a missing header line (then columns are called "0", "1", ...).
     position:
         Columns of the place, in order. Default: x, y and, if there is one, z.
     time:
@@ -87,7 +87,7 @@ def table(path: Path, layout: Layout, wanted: Sequence[str], text: Sequence[str]
         warnings.simplefilter("error", pd.errors.ParserWarning)
         frame = pd.read_csv(
             path,
-            sep=layout.separator,
+            sep=r"\s+" if layout.separator == " " else layout.separator,
             decimal=layout.decimal,
             encoding=layout.encoding,
             header=None,

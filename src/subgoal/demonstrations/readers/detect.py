@@ -6,33 +6,37 @@ import re
 from pathlib import Path
 
 from subgoal.demonstrations.readers.files import head
+from subgoal.demonstrations.readers.hdf5 import HDF5_MAGIC, holds_dataset
 from subgoal.demonstrations.readers.npz import array_names
 from subgoal.runtime.errors import ReadError
 
-POSE = re.compile(rb"\s*(?:[-+\d.eE]{1,40}[ \t]+){7}[-+\d.eE]{1,40}[ \t]*\r?\n?")
+POSE = re.compile(rb"\s*(?:[-+\d.eE]{1,40}[ \t]+){7}[-+\d.eE]{1,40}[ \t]*")
 TEXT_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".tab")
+ENDINGS = {".npz": "npz", ".mat": "lasa", ".parquet": "parquet", ".pq": "parquet"}
 
 
 def find_format(path: Path) -> str:
     """The format of a file, a key of ``readers.RECORDINGS`` or ``readers.PAIRS``.
 
-    Raises ``ReadError`` listing the formats if nothing tells.
+    Raises ``ReadError`` if nothing tells.
     """
-    start = head(path)
+    start, ending = head(path), path.suffix.lower()
     if start.startswith(b"PK"):
         names = array_names(path)
         return "pairs" if "states" in names and "positions" not in names else "npz"
+    if start.startswith(HDF5_MAGIC):
+        return "sleap" if holds_dataset(path, "tracks") else "deeplabcut"
+    if start.startswith(b"PAR1"):
+        return "parquet"
     if start.startswith(b"MATLAB 5.0 MAT-file"):
         return "lasa"
-    ending = path.suffix.lower()
     if ending in TEXT_ENDINGS:
         return _text_format(start)
-    endings = {".npz": "npz", ".mat": "lasa"}
-    if ending in endings:
-        return endings[ending]
+    if ending in ENDINGS:
+        return ENDINGS[ending]
     raise ReadError(
-        str(path), found=f"the ending {ending!r}", wanted="a known kind of file (csv, tsv, txt, npz, mat)",
-        hint="format='csv' or another name of a format",
+        str(path), found=f"the ending {ending!r}", wanted="csv, tsv, txt, parquet, npz, mat or HDF5",
+        hint="format='csv' or another name of a format; unpack the file first if it is packed",
     )  # fmt: skip
 
 
@@ -40,6 +44,9 @@ def _text_format(start: bytes) -> str:
     if b"TRACK.R" in start or b"Total number of trajectories in file" in start:
         return "edinburgh"
     lines = [line for line in start.splitlines()[:50] if line.strip() and not line.startswith(b"#")]
-    if lines and POSE.fullmatch(lines[0]):
+    first = lines[0] if lines else b""
+    if POSE.fullmatch(first):
         return "tum"
-    return "csv"
+    if first.startswith(b"scorer,"):
+        return "deeplabcut"
+    return "labyrinth" if first.startswith(b"session,bout,step,node,") else "csv"

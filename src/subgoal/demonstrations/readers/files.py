@@ -14,6 +14,11 @@ from subgoal.runtime.errors import InputError, MissingExtraError, ReadError
 
 HEAD = 65536
 """Bytes looked at to find out what a file is."""
+LARGEST = 4 * 2**30
+"""Bytes that are unpacked at most."""
+HIGHEST_RATIO = 1000
+"""Unpacked over packed size above which more than ``SMALL`` bytes are taken for a bomb."""
+SMALL = 2**20
 
 
 def plain_file(path: Any) -> Path:
@@ -42,6 +47,14 @@ def head(path: Path) -> bytes:
             return stream.read(HEAD)
     except OSError as problem:
         raise ReadError(str(path), found=problem.strerror or str(problem), wanted="a readable file") from None
+
+
+def check_unpacked(path: Path, what: str, unpacked: int, packed: int) -> None:
+    """Raise ``ReadError`` if unpacking ``packed`` bytes into ``unpacked`` is more than a file of data asks for."""
+    if unpacked > LARGEST or unpacked > max(SMALL, HIGHEST_RATIO * packed):
+        found = f"{unpacked:,} bytes packed into {packed:,}"
+        wanted = f"at most {LARGEST:,} bytes, and at most {HIGHEST_RATIO} for each one packed"
+        raise ReadError(str(path), where=what, found=found, wanted=wanted)
 
 
 def source_of(path: Path) -> Source:

@@ -10,7 +10,8 @@ from pathlib import Path
 from subgoal.demonstrations.readers.files import guarded, head
 from subgoal.runtime.errors import InputError, ReadError
 
-SEPARATORS = ("\t", ";", ",", "|")
+SEPARATORS = ("\t", ";", ",", "|", " ")
+"""In order of preference; a blank stands for any run of white space."""
 BYTE_ORDER_MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
 NUMBER = re.compile(r"\s*[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?\s*|\s*[+-]?(nan|inf|infinity)\s*", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
@@ -49,10 +50,10 @@ def find_layout(path: Path, separator: str | None = None, decimal: str | None = 
         raise ReadError(str(path), found="no line that is not empty or a comment", wanted="a table")
     separator = separator or _separator(lines[skip : skip + 20])
     with guarded(path, "a table of text"):
-        rows = list(csv.reader(lines[skip : skip + 200], delimiter=separator))
-        comment = next(csv.reader([lines[skip - 1].lstrip("# ")], delimiter=separator)) if skip else []
+        rows = _cells(lines[skip : skip + 200], separator)
+        comment = _cells([lines[skip - 1].lstrip("# ")], separator)[0] if skip else []
     names = [name.strip() for name in rows[0]]
-    if all(NUMBER.fullmatch(name) for name in names if name) and any(names):
+    if _are_data(names):
         headed = len(comment) == len(names) and not any(NUMBER.fullmatch(name) for name in comment)
         names = [name.strip() for name in comment] if headed else [str(k) for k in range(len(names))]
     else:
@@ -83,11 +84,25 @@ def _is_utf8(path: Path) -> bool:
     return True
 
 
+def _cells(lines: list[str], separator: str) -> list[list[str]]:
+    return [line.split() for line in lines] if separator == " " else list(csv.reader(lines, delimiter=separator))
+
+
+def _are_data(cells: list[str]) -> bool:
+    """Whether the first line holds data and not names: more than half of it are numbers.
+
+    A first cell that is empty with 0, 1, 2, ... after it are the names a data frame without names writes.
+    """
+    told = [cell for cell in cells if cell]
+    unnamed = not cells[0] and told == [str(k) for k in range(len(cells) - 1)] if cells else False
+    return sum(NUMBER.fullmatch(cell) is not None for cell in told) > len(told) / 2 and not unnamed
+
+
 def _separator(lines: list[str]) -> str:
-    """The character that cuts most of the first lines into as many fields as the very first; tab wins ties."""
+    """The character that cuts most of the first lines into as many fields as the very first."""
 
     def agreement(mark: str) -> int:
-        counts = [line.count(mark) for line in lines if line.strip()]
+        counts = [len(line.split()) - 1 if mark == " " else line.count(mark) for line in lines if line.strip()]
         return sum(count == counts[0] for count in counts) if counts[0] else 0
 
     best = max(SEPARATORS, key=agreement)

@@ -10,15 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from subgoal.demonstrations.readers.columns import Treatment
-from subgoal.demonstrations.readers.files import guarded, plain_file, source_of
+from subgoal.demonstrations.readers.files import check_unpacked, guarded, plain_file, source_of
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.runtime.errors import ReadError
-
-LARGEST = 4 * 2**30
-"""Bytes of all arrays together that are unpacked at most."""
-HIGHEST_RATIO = 1000
-"""Unpacked over packed size above which a member of more than ``SMALL`` bytes is taken for a bomb."""
-SMALL = 2**20
 
 
 def read_npz(
@@ -88,14 +82,10 @@ def load_arrays(path: Path, required: tuple[str, ...], optional: tuple[str, ...]
 def _members(path: Path, archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     """The members, after a look at their names and sizes."""
     members = archive.infolist()
-    total = sum(member.file_size for member in members)
-    if total > LARGEST:
-        raise ReadError(str(path), found=f"{total:,} bytes unpacked", wanted=f"at most {LARGEST:,}")
+    check_unpacked(path, "all arrays", sum(m.file_size for m in members), sum(m.compress_size for m in members))
     names = [member.filename for member in members]
     for member in members:
-        if member.file_size > max(SMALL, HIGHEST_RATIO * member.compress_size):
-            found = f"{member.file_size:,} bytes packed into {member.compress_size:,}"
-            raise ReadError(str(path), where=member.filename, found=found, wanted="a ratio of at most 1000")
+        check_unpacked(path, member.filename, member.file_size, member.compress_size)
         if ".." in member.filename or member.filename.startswith(("/", "\\")) or ":" in member.filename:
             raise ReadError(str(path), where=repr(member.filename), found="a path", wanted="the name of an array")
         if names.count(member.filename) > 1:
