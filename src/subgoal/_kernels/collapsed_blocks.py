@@ -1,4 +1,4 @@
-"""Loops of the sampler ``collapsed_blocks``: one pass over the table per sweep. Arrays named ``state`` are written.
+"""Loops of the sampler ``collapsed_blocks``: one pass over the table per sweep. State arrays are written.
 
 For each observation in turn its candidate is redrawn with its own count removed and the new candidate summed out,
 the observation is seated at a table of a Chinese restaurant with concentration ηp_g among those of its candidate
@@ -55,21 +55,44 @@ def redraw_candidate(i, relative, theta, counts, active, place, k, concentration
 
 
 @njit(cache=True, nogil=True)
-def seat(g, seen, mass, first, following, sizes, n_tables, work, slots, generator):
-    """Table for the next customer of candidate ``g``, of whom ``seen`` sit already: Chinese restaurant of ``mass``."""
-    if seen == 0:
-        return n_tables
-    total, count = 0.0, 0
-    table = first[g]
-    while table >= 0:
-        total += sizes[table]
-        work[count] = total
-        slots[count] = table
-        count += 1
-        table = following[table]
-    work[count] = total + mass
-    pick = choose(work, count + 1, generator)
-    return n_tables if pick == count else slots[pick]
+def seat(i, row, theta, mass, table_of, seen, first, following, sizes, sums, n_tables, work, slots, generator):
+    """Seat observation i among those of its candidate seated before it: Chinese restaurant of concentration ``mass``.
+
+    Tables of a candidate form a list from ``first`` through ``following``. Adds ``row`` to the sum of the table.
+    Returns the number of tables and the sums, which grow when there is no room for another.
+    """
+    g = theta[i]
+    table = n_tables
+    if seen[g] > 0:
+        total, count = 0.0, 0
+        other = first[g]
+        while other >= 0:
+            total += sizes[other]
+            work[count] = total
+            slots[count] = other
+            count += 1
+            other = following[other]
+        work[count] = total + mass
+        pick = choose(work, count + 1, generator)
+        if pick < count:
+            table = slots[pick]
+    if table == n_tables:
+        if n_tables == sums.shape[0]:
+            larger = np.empty((2 * n_tables, sums.shape[1]))
+            larger[:n_tables] = sums
+            sums = larger
+        following[table] = first[g]
+        first[g] = table
+        sizes[table] = 0
+        sums[table] = 0.0
+        n_tables += 1
+    seen[g] += 1
+    table_of[i] = table
+    sizes[table] += 1
+    target = sums[table]
+    for c in range(row.size):
+        target[c] += row[c]
+    return n_tables, sums
 
 
 @njit(cache=True, nogil=True)
@@ -78,29 +101,11 @@ def pass_tile(start, tile, relative, prior, concentration, theta, counts, active
     """Redraw and seat the observations start..start+len(tile); returns K, the number of tables and their sums."""
     for r in range(tile.shape[0]):
         i = start + r
-        row = tile[r]
-        k = redraw_candidate(
-            i, relative[r], theta, counts, active, place, k, concentration, prior, work, generator
-        )
-        g = theta[i]
-        mass = concentration * prior[g]
-        table = seat(g, seen[g], mass, first, following, sizes, n_tables, work, slots, generator)
-        seen[g] += 1
-        if table == n_tables:
-            if n_tables == sums.shape[0]:
-                larger = np.empty((2 * n_tables, sums.shape[1]))
-                larger[:n_tables] = sums
-                sums = larger
-            following[table] = first[g]
-            first[g] = table
-            sizes[table] = 0
-            sums[table] = 0.0
-            n_tables += 1
-        table_of[i] = table
-        sizes[table] += 1
-        target = sums[table]
-        for c in range(row.size):
-            target[c] += row[c]
+        k = redraw_candidate(i, relative[r], theta, counts, active, place, k, concentration, prior, work, generator)
+        n_tables, sums = seat(
+            i, tile[r], theta, concentration * prior[theta[i]], table_of, seen, first, following, sizes, sums,
+            n_tables, work, slots, generator,
+        )  # fmt: skip
     return k, n_tables, sums
 
 
@@ -126,8 +131,8 @@ def move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, genera
 
 
 @njit(cache=True, nogil=True)
-def sweeps_dense(table, relative, prior, log_prior, concentration, theta, sums, keep, kept, log_likelihood, log_joint,
-                 n_active, generator):  # fmt: skip
+def sweeps_dense(table, relative, prior, log_prior, concentration, theta, sums, keep, kept, log_likelihood,
+                 log_joint, n_active, generator):  # fmt: skip
     """``len(keep)`` sweeps over a dense table (N, G); writes ``theta``, ``kept`` and the three traces."""
     n, g_count = table.shape
     counts = np.zeros(g_count, np.int64)

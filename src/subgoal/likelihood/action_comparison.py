@@ -14,7 +14,7 @@ from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood import normalisers
 from subgoal.likelihood.controllers import Controller
-from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
+from subgoal.likelihood.table import DENSE_ENTRIES, DistanceLaw, LogLikelihood
 from subgoal.runtime.checks import Floats
 from subgoal.runtime.errors import InputError
 
@@ -169,7 +169,11 @@ class Directions:
     def arrived(self, start: int, stop: int) -> NDArray[np.bool_]:
         """Within half the candidates' radius."""
         metric = Metric(np.ones(len(self.period)), self.period)
-        return metric.distance(self.states[start:stop, None], self.goals.T[None]) <= self.near
+        return np.asarray(metric.distance(self.states[start:stop, None], self.goals.T[None]) <= self.near)
+
+    def distance_law(self, confidence: float) -> DistanceLaw:
+        """Chord between unit directions, 0 to 2."""
+        return _direction_law(confidence, self.states.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,6 +253,22 @@ class ControllerActions:
         points = self.candidates.points[None]
         distance = self.candidates.metric.distance(self.states[start:stop, None], points)
         return np.asarray(distance <= self.candidates.radius / 2)
+
+    def distance_law(self, confidence: float) -> DistanceLaw:
+        """Chord between directions, or distance in median speeds."""
+        k = self.actions.shape[1]
+        if self.compare == "direction":
+            return _direction_law(confidence, k)
+        log_z = normalisers.log_action_normaliser(
+            confidence, k, self.pace.median, normalisers.sum_log(self.pace.weights)
+        )
+        upper = (k + 6 * k**0.5) / confidence
+        return DistanceLaw(log_z, lambda r: normalisers.action_distance_cdf(r, confidence, k), upper)
+
+
+def _direction_law(confidence: float, dimension: int) -> DistanceLaw:
+    log_z = normalisers.log_direction_normaliser(confidence, dimension)
+    return DistanceLaw(log_z, lambda r: normalisers.direction_distance_cdf(r, confidence, dimension), 2.0)
 
 
 def _unit(vectors: Floats) -> Floats:

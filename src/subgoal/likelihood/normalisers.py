@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.integrate import quad
-from scipy.special import gammaln
+from scipy.integrate import cumulative_trapezoid, quad
+from scipy.special import gammainc, gammaln
+
+from subgoal.runtime.checks import Floats
 
 SMALL_CONFIDENCE = 1e-3
 
@@ -56,6 +58,23 @@ def log_ball_volume(dimension: int, radius: float, log_weights: float) -> float:
     return log_sphere_area(dimension) - math.log(dimension) + dimension * math.log(radius) - log_weights
 
 
-def sum_log(weights: np.ndarray) -> float:
+def sum_log(weights: Floats) -> float:
     """Σ log w."""
     return float(np.log(weights).sum())
+
+
+def direction_distance_cdf(distance: Floats, confidence: float, dimension: int) -> Floats:
+    """P(‖u − û‖ ≤ r) for r in [0, 2] under exp(−α‖u − û‖) on the unit sphere."""
+    if dimension == 1:
+        stay = 1 / (1 + math.exp(-2 * confidence))
+        return np.where(np.asarray(distance) >= 2, 1.0, stay)
+    angle = np.linspace(0, np.pi, 20_001)
+    density = np.exp(-2 * confidence * np.sin(angle / 2)) * np.sin(angle) ** (dimension - 2)
+    mass = cumulative_trapezoid(density, angle, initial=0)
+    at = 2 * np.arcsin(np.clip(np.asarray(distance) / 2, 0, 1))
+    return np.interp(at, angle, mass / mass[-1])
+
+
+def action_distance_cdf(distance: Floats, confidence: float, dimension: int) -> Floats:
+    """P(‖a − a_CL‖/scale ≤ r) under exp(−α r) over R^k: a Gamma law of shape k and rate α."""
+    return np.asarray(gammainc(dimension, confidence * np.asarray(distance)))

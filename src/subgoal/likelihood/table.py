@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -24,6 +24,18 @@ DENSE_ENTRIES = 2**25
 TILE_ENTRIES = 2**17
 
 
+@dataclass(frozen=True)
+class DistanceLaw:
+    """Law of the distance r = ‖a − a_CL‖ (in units of the scale) under log density −αr − log Z.
+
+    ``upper`` is where a picture of it may end.
+    """
+
+    log_normaliser: float
+    cdf: Callable[[Floats], Floats]
+    upper: float
+
+
 class Source(Protocol):
     """Where the numbers come from: anything that can give complete log densities for a block of observations."""
 
@@ -43,6 +55,9 @@ class Source(Protocol):
 
     def arrived(self, start: int, stop: int) -> NDArray[np.bool_]:
         """(stop − start, G) True where the observation is at the candidate."""
+
+    def distance_law(self, confidence: float) -> DistanceLaw | None:
+        """How ‖a − a_CL‖ is distributed if the model is right; None if there is no such distance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,3 +232,6 @@ class FixedTable:
     def arrived(self, start: int, stop: int) -> NDArray[np.bool_]:
         """Nothing is known of places."""
         return np.zeros(self.values[start:stop].shape, bool)
+
+    def distance_law(self, confidence: float) -> None:
+        """Nothing is known of distances."""

@@ -8,14 +8,13 @@ from subgoal._kernels import alg4 as loops
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal.partition.protocol import (
     FIRST_TABLES,
-    Bools,
     Chain,
     Int32s,
     Recorder,
     Stretch,
     starting_assignment,
 )
-from subgoal.runtime.checks import Ints
+from subgoal.runtime.checks import Bools, Ints
 
 
 def alg4_corrected(chain: Chain, keep: Bools) -> Stretch:

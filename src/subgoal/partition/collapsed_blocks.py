@@ -6,7 +6,8 @@ import numpy as np
 
 from subgoal._kernels import collapsed_blocks as loops
 from subgoal._kernels.counts import log_assignment_prior, recount
-from subgoal.partition.protocol import FIRST_TABLES, Bools, Chain, Int32s, Recorder, Stretch, starting_assignment
+from subgoal.partition.protocol import FIRST_TABLES, Chain, Int32s, Recorder, Stretch, starting_assignment
+from subgoal.runtime.checks import Bools
 
 
 def collapsed_blocks(chain: Chain, keep: Bools) -> Stretch:

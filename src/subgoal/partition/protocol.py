@@ -9,10 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from subgoal.runtime.checks import Floats, Ints
+from subgoal.runtime.checks import Bools, Floats, Ints
 
 Int32s = NDArray[np.int32]
-Bools = NDArray[np.bool_]
 FIRST_TABLES = 64
 Arrays = Mapping[str, NDArray[Any]]
 

@@ -1,0 +1,97 @@
+"""What each chain has given so far, round after round: the part of a run that a checkpoint holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from subgoal.partition.protocol import Arrays, Int32s, Stretch
+from subgoal.runtime.checks import Floats, Ints
+
+
+class ChainRecord:
+    """Traces, draws, counts and shares of one chain, added to in place; ``arrays`` and ``restore`` for checkpoints."""
+
+    def __init__(self, n_observations: int, n_candidates: int, generator: np.random.Generator, whole: bool) -> None:
+        self.generator = generator
+        self.state: Arrays | None = None
+        self.shape = (n_observations, n_candidates)
+        self.whole = whole
+        self._traces: dict[str, list[NDArray[Any]]] = {"n_active": [], "log_likelihood": [], "log_joint": []}
+        self._draws: list[Int32s] = []
+        self._candidates: list[Ints] = []
+        self._counts: list[Ints] = []
+        self._sizes: list[int] = []
+        self.tally = sparse.csr_array(self.shape, dtype=np.int64)
+        self.best: tuple[float, Int32s] = (-np.inf, np.zeros(n_observations, np.int32))
+
+    @property
+    def sweeps(self) -> int:
+        """Sweeps done."""
+        return sum(part.size for part in self._traces["n_active"])
+
+    def add(self, stretch: Stretch, kept_joint: Floats) -> None:
+        """Take in a stretch; ``kept_joint`` is the log joint of its kept sweeps."""
+        self.state = stretch.state
+        for name, parts in self._traces.items():
+            parts.append(getattr(stretch, name))
+        draws = stretch.assignments
+        if not len(draws):
+            return
+        if kept_joint.max() > self.best[0]:
+            self.best = (float(kept_joint.max()), draws[int(np.argmax(kept_joint))].copy())
+        for theta in draws:
+            count = np.bincount(theta, minlength=self.shape[1])
+            used = np.flatnonzero(count)
+            self._candidates.append(used)
+            self._counts.append(count[used])
+            self._sizes.append(used.size)
+        rows = np.tile(np.arange(self.shape[0]), len(draws))
+        self.tally = self.tally + sparse.csr_array(
+            (np.ones(rows.size, np.int64), (rows, draws.ravel())), shape=self.shape
+        )
+        if self.whole:
+            self._draws.append(draws)
+
+    def trace(self, name: str) -> NDArray[Any]:
+        """(sweeps,) "n_active", "log_likelihood" or "log_joint"."""
+        return _joined(self._traces[name], np.float64)
+
+    @property
+    def draws(self) -> Int32s:
+        """(kept, N) assignments; (0, N) when they are not held."""
+        return np.concatenate([np.empty((0, self.shape[0]), np.int32), *self._draws])
+
+    @property
+    def count_rows(self) -> tuple[Ints, Ints, Ints]:
+        """Sizes per draw, candidates and counts, as in ``CountDraws``."""
+        return np.asarray(self._sizes, np.int64), _joined(self._candidates, np.int64), _joined(self._counts, np.int64)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Everything but the generator, as named arrays."""
+        sizes, candidates, counts = self.count_rows
+        held = {f"trace_{name}": self.trace(name) for name in self._traces}
+        held |= {f"state_{name}": np.asarray(value) for name, value in (self.state or {}).items()}
+        held |= {"draws": self.draws, "sizes": sizes, "candidates": candidates, "counts": counts}
+        held |= {"tally_data": self.tally.data, "tally_indices": self.tally.indices, "tally_indptr": self.tally.indptr}
+        return held | {"best": self.best[1], "best_joint": np.array([self.best[0]])}
+
+    def restore(self, held: Mapping[str, NDArray[Any]]) -> None:
+        """Take the place of the chain whose ``arrays`` these are."""
+        self._traces = {name: [held[f"trace_{name}"]] for name in self._traces}
+        self.state = {name[6:]: value for name, value in held.items() if name.startswith("state_")} or None
+        self._draws = [held["draws"].astype(np.int32)]
+        self._sizes = held["sizes"].tolist()
+        self._candidates, self._counts = [held["candidates"]], [held["counts"]]
+        self.tally = sparse.csr_array(
+            (held["tally_data"], held["tally_indices"], held["tally_indptr"]), shape=self.shape
+        )
+        self.best = (float(held["best_joint"][0]), held["best"].astype(np.int32))
+
+
+def _joined(parts: list[NDArray[Any]], dtype: Any) -> NDArray[Any]:
+    return np.concatenate([np.empty(0, dtype), *parts]).astype(dtype)

@@ -1,0 +1,138 @@
+"""The result: draws of θ, the candidate behind each observation, with their diagnostics and provenance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from subgoal.candidates import Candidates
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.table import LogLikelihood
+from subgoal.posterior.diagnostics import Diagnostic, Status
+from subgoal.runtime.checks import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that decides the draws: with the same settings and data they are the same."""
+
+    sampler: str
+    concentration: float
+    confidence: float
+    chains: int
+    draws: int
+    warmup: int
+    thin: int
+    seed: int
+    likelihood: str
+    data: str
+    version: str
+
+    @property
+    def sweeps(self) -> int:
+        """Sweeps per chain, warm-up included."""
+        return self.warmup + self.draws * self.thin
+
+
+@dataclass(frozen=True, eq=False)
+class CountDraws:
+    """How many observations each candidate has in each draw, as sparse rows.
+
+    Draw t of chain c is row r = c·draws + t; its candidates and counts are ``candidate[offset[r]:offset[r+1]]`` and
+    ``count[...]``.
+    """
+
+    offset: Ints
+    candidate: Ints
+    count: Ints
+
+    @property
+    def row(self) -> Ints:
+        """Row of each entry."""
+        return np.repeat(np.arange(self.offset.size - 1), np.diff(self.offset))
+
+    def by_group(self, group: Ints, n_groups: int) -> Ints:
+        """(rows, n_groups) observations per group of candidates; ``group`` (G,) maps candidates, −1 to none."""
+        table = np.zeros((self.offset.size - 1, n_groups), np.int64)
+        inside = group[self.candidate] >= 0
+        np.add.at(table, (self.row[inside], group[self.candidate[inside]]), self.count[inside])
+        return table
+
+    def largest(self, ranks: int) -> Ints:
+        """(rows, ranks) the largest counts of each draw, in falling order, zero where there are fewer."""
+        order = np.lexsort((-self.count, self.row))
+        rank = np.arange(order.size) - np.repeat(self.offset[:-1], np.diff(self.offset))
+        table = np.zeros((self.offset.size - 1, ranks), np.int64)
+        inside = rank < ranks
+        table[self.row[order][inside], rank[inside]] = self.count[order][inside]
+        return table
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Draws from p(θ | O) and what they were drawn for.
+
+    Attributes
+    ----------
+    assignments:
+        (chain, draw, N) int32 candidate of each observation, −1 for background; None above the memory budget, when
+        ``counts`` and ``shares`` stand for them.
+    counts:
+        Observations per candidate in each draw.
+    shares:
+        (N, G) sparse, the share of draws in which observation i serves candidate g: P(θ_i = g | O).
+    best_assignment:
+        (N,) the visited draw of highest log p(θ, O) (the honest reading of the thesis's "mode", Theorem 1).
+    log_joint, log_likelihood:
+        (chain, draw) log p(θ, O) at dish level, and Σ ℓ[i, θ_i].
+    parameters:
+        Whatever else was sampled, each (chain, draw, ...).
+    traces:
+        "n_active" (distinct candidates in use), "log_joint" and "loss" (mean −ℓ[i, θ_i], nats per observation), each
+        (chain, sweep), warm-up included.
+    diagnostics, status:
+        The gate, per label-invariant summary and in one word.
+    likelihood:
+        The table the draws are from; None for a loaded posterior whose table cannot be made again.
+    """
+
+    demonstrations: Demonstrations
+    candidates: Candidates
+    settings: Settings
+    assignments: NDArray[np.int32] | None
+    counts: CountDraws
+    shares: sparse.csr_array
+    best_assignment: NDArray[np.int32]
+    log_joint: Floats
+    log_likelihood: Floats
+    traces: dict[str, Floats]
+    diagnostics: dict[str, Diagnostic]
+    status: Status
+    uninformative: NDArray[np.bool_]
+    seconds: float
+    parameters: dict[str, NDArray[Any]] = field(default_factory=dict)
+    likelihood: LogLikelihood | None = None
+
+    @property
+    def n_observations(self) -> int:
+        """N."""
+        return self.demonstrations.n_observations
+
+    @property
+    def n_chains(self) -> int:
+        """Chains."""
+        return int(self.log_joint.shape[0])
+
+    @property
+    def n_draws(self) -> int:
+        """Kept draws per chain."""
+        return int(self.log_joint.shape[1])
+
+    @property
+    def expected_shares(self) -> Floats:
+        """(G,) expected share of the observations that serve each candidate: E[n_g | O] / N."""
+        return np.asarray(self.shares.sum(axis=0)).ravel() / self.n_observations

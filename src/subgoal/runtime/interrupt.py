@@ -1,0 +1,30 @@
+"""Ctrl-C as a request: the work in hand is finished, then what is there is given back."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from types import FrameType
+from typing import Any
+
+
+class Interrupt:
+    """While entered, the first Ctrl-C sets ``requested``; the second one interrupts at once, as usual."""
+
+    def __init__(self) -> None:
+        self.requested = False
+        self._usual: Any = None
+
+    def __enter__(self) -> Interrupt:
+        if threading.current_thread() is threading.main_thread():
+            self._usual = signal.signal(signal.SIGINT, self._handle)
+        return self
+
+    def __exit__(self, *failure: Any) -> None:
+        if self._usual is not None:
+            signal.signal(signal.SIGINT, self._usual)
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        if self.requested:
+            raise KeyboardInterrupt
+        self.requested = True

@@ -1,0 +1,96 @@
+"""One progress display: a bar on a terminal, a line now and then elsewhere, nothing when quiet."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import Any, Protocol
+
+LINE_EVERY = 10.0
+
+
+class Progress(Protocol):
+    """Told how much of a piece of work is done."""
+
+    def __enter__(self) -> Progress:
+        """Begin to show."""
+
+    def __exit__(self, *failure: Any) -> None:
+        """Stop showing."""
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        """``done`` of ``total`` steps."""
+
+
+class Silent:
+    """Shows nothing."""
+
+    def __enter__(self) -> Silent:
+        return self
+
+    def __exit__(self, *failure: Any) -> None:
+        return None
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        """Nothing."""
+
+
+class Lines:
+    """A plain line every ten seconds, for logs."""
+
+    def __init__(self, what: str) -> None:
+        self._what, self._begin, self._last = what, time.monotonic(), time.monotonic()
+
+    def __enter__(self) -> Lines:
+        return self
+
+    def __exit__(self, *failure: Any) -> None:
+        return None
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        """Print rate and time left when a line is due."""
+        now = time.monotonic()
+        if now - self._last < LINE_EVERY or not done:
+            return
+        self._last = now
+        rate = done / (now - self._begin)
+        print(f"{self._what}: {done}/{total}, {rate:.0f}/s, {(total - done) / rate:.0f} s left {note}", file=sys.stderr)
+
+
+class Bar:
+    """A bar with rate and time left, on a terminal."""
+
+    def __init__(self, what: str) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as RichProgress
+
+        columns = (
+            TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
+            TimeRemainingColumn(), TextColumn("{task.fields[note]}"),
+        )  # fmt: skip
+        self._display = RichProgress(*columns, console=Console(stderr=True), transient=True)
+        self._task = self._display.add_task(what, total=None, rate="", note="")
+        self._begin = time.monotonic()
+
+    def __enter__(self) -> Bar:
+        self._display.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._display.stop()
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        """Move the bar."""
+        rate = f"{done / max(time.monotonic() - self._begin, 1e-9):,.0f}/s"
+        self._display.update(self._task, completed=done, total=total, rate=rate, note=note)
+
+
+def progress_display(what: str, *, quiet: bool = False) -> Progress:
+    """A bar on a terminal, lines elsewhere, nothing if ``quiet``."""
+    if quiet:
+        return Silent()
+    return Bar(what) if sys.stderr.isatty() else Lines(what)
