@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from subgoal.demonstrations.readers.columns import Treatment
-from subgoal.demonstrations.readers.files import guarded, plain_file, source_of
+from subgoal.demonstrations.readers.files import plain_file, source_of
+from subgoal.demonstrations.readers.matlab import read_variable
 from subgoal.demonstrations.recordings import join
 from subgoal.demonstrations.records import Recording
 from subgoal.runtime.checks import Floats
@@ -23,13 +24,10 @@ def read_lasa(path: Any, *, scale: float = 1.0, units: str = "mm") -> Recording:
     """
     how = Treatment(scale=scale, units=units)
     path = plain_file(path)
-    with guarded(path, "a MATLAB file (version 5 to 7) with the variable 'demos'"):
-        from scipy.io import loadmat
-
-        content = loadmat(path, squeeze_me=True, struct_as_record=False, variable_names=["demos"])
-    if "demos" not in content:
-        raise ReadError(str(path), found="no variable 'demos'", wanted="the demonstrations of one shape")
-    demos = np.atleast_1d(content["demos"]).ravel()
+    demos = read_variable(path, "demos")
+    if not isinstance(demos, list):
+        raise ReadError(str(path), where="demos", found="numbers", wanted="a cell or struct array")
+    demos = [one for part in demos for one in (part if isinstance(part, list) else [part])]
     pieces = [_demo(path, k, demo) for k, demo in enumerate(demos)]
     if not pieces:
         raise ReadError(str(path), found="an empty 'demos'", wanted="at least one demonstration")
@@ -39,11 +37,11 @@ def read_lasa(path: Any, *, scale: float = 1.0, units: str = "mm") -> Recording:
 
 def _demo(path: Path, k: int, demo: Any) -> tuple[str, Floats, Floats]:
     """Name, positions (M, 2) and times (M,) of one demonstration."""
-    with guarded(path, f"positions (2, M) and times (M,) in demos[{k}]"):
-        places = np.atleast_2d(np.asarray(demo.pos)).T
-        times = np.atleast_1d(np.asarray(demo.t))
-    if places.shape != (times.size, 2) or times.ndim != 1 or {places.dtype.kind, times.dtype.kind} - set("iuf"):
-        raise ReadError(
-            str(path), where=f"demos[{k}]", found=f"pos {places.T.shape}, t {times.shape}", wanted="(2, M) and (M,)"
-        )
-    return f"demo {k + 1}", places.astype(np.float64), times.astype(np.float64)
+    fields = demo if isinstance(demo, dict) else {}
+    places, times = fields.get("pos"), fields.get("t")
+    if not isinstance(places, np.ndarray) or not isinstance(times, np.ndarray):
+        raise ReadError(str(path), where=f"demos[{k}]", found=f"fields {list(fields)}", wanted="pos and t, numbers")
+    if places.shape != (2, times.size) or times.size == 0:
+        found = f"pos {places.shape}, t {times.shape}"
+        raise ReadError(str(path), where=f"demos[{k}]", found=found, wanted="pos (2, M) and t (1, M)")
+    return f"demo {k + 1}", places.T, times.ravel()
