@@ -15,12 +15,15 @@ from numba import njit
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal._kernels.draws import choose
 
+NEGLIGIBLE = -60.0
+"""Weights below e^−60 of the largest vanish in its last binary digit, and in that of their sum."""
 
-@njit(cache=True, nogil=True)
-def redraw_candidate(i, relative, theta, counts, active, place, k, concentration, prior, work, generator):
+
+@njit(cache=True, nogil=True, inline="always")
+def redraw_candidate(i, r, relative, theta, counts, active, place, k, concentration, prior, work, generator):
     """Draw θ_i from (n_g without i + ηp_g)·L_ig over all G at the cost of the K active ones; returns K.
 
-    ``relative`` (G,) is L_ig / Σ_g p_g L_ig, so that the weight of a redraw from the base is η.
+    Row ``r`` of ``relative`` (B, G) is L_ig / Σ_g p_g L_ig, so that the weight of a redraw from the base is η.
     """
     old = theta[i]
     counts[old] -= 1
@@ -33,7 +36,7 @@ def redraw_candidate(i, relative, theta, counts, active, place, k, concentration
     total = 0.0
     for j in range(k):
         g = active[j]
-        total += counts[g] * relative[g]
+        total += counts[g] * relative[r, g]
         work[j] = total
     work[k] = total + concentration
     pick = choose(work, k + 1, generator)
@@ -41,10 +44,10 @@ def redraw_candidate(i, relative, theta, counts, active, place, k, concentration
         new = active[pick]
     else:
         total = 0.0
-        for g in range(relative.size):
-            total += prior[g] * relative[g]
+        for g in range(prior.size):
+            total += prior[g] * relative[r, g]
             work[g] = total
-        new = choose(work, relative.size, generator)
+        new = choose(work, prior.size, generator)
         if counts[new] == 0:
             active[k] = new
             place[new] = k
@@ -54,12 +57,12 @@ def redraw_candidate(i, relative, theta, counts, active, place, k, concentration
     return k
 
 
-@njit(cache=True, nogil=True)
-def seat(i, row, theta, mass, table_of, seen, first, following, sizes, sums, n_tables, work, slots, generator):
+@njit(cache=True, nogil=True, inline="always")
+def seat(i, r, tile, theta, mass, table_of, seen, first, following, sizes, sums, n_tables, work, slots, generator):
     """Seat observation i among those of its candidate seated before it: Chinese restaurant of concentration ``mass``.
 
-    Tables of a candidate form a list from ``first`` through ``following``. Adds ``row`` to the sum of the table.
-    Returns the number of tables and the sums, which grow when there is no room for another.
+    Tables of a candidate form a list from ``first`` through ``following``. Adds row ``r`` of the tile to the table's
+    sum, for which there must be room. Returns the number of tables.
     """
     g = theta[i]
     table = n_tables
@@ -77,22 +80,18 @@ def seat(i, row, theta, mass, table_of, seen, first, following, sizes, sums, n_t
         if pick < count:
             table = slots[pick]
     if table == n_tables:
-        if n_tables == sums.shape[0]:
-            larger = np.empty((2 * n_tables, sums.shape[1]))
-            larger[:n_tables] = sums
-            sums = larger
         following[table] = first[g]
         first[g] = table
         sizes[table] = 0
-        sums[table] = 0.0
+        for c in range(tile.shape[1]):
+            sums[table, c] = 0.0
         n_tables += 1
     seen[g] += 1
     table_of[i] = table
     sizes[table] += 1
-    target = sums[table]
-    for c in range(row.size):
-        target[c] += row[c]
-    return n_tables, sums
+    for c in range(tile.shape[1]):
+        sums[table, c] += tile[r, c]
+    return n_tables
 
 
 @njit(cache=True, nogil=True)
@@ -101,9 +100,13 @@ def pass_tile(start, tile, relative, prior, concentration, theta, counts, active
     """Redraw and seat the observations start..start+len(tile); returns K, the number of tables and their sums."""
     for r in range(tile.shape[0]):
         i = start + r
-        k = redraw_candidate(i, relative[r], theta, counts, active, place, k, concentration, prior, work, generator)
-        n_tables, sums = seat(
-            i, tile[r], theta, concentration * prior[theta[i]], table_of, seen, first, following, sizes, sums,
+        k = redraw_candidate(i, r, relative, theta, counts, active, place, k, concentration, prior, work, generator)
+        if n_tables == sums.shape[0]:
+            larger = np.empty((2 * n_tables, sums.shape[1]))
+            larger[:n_tables] = sums
+            sums = larger
+        n_tables = seat(
+            i, r, tile, theta, concentration * prior[theta[i]], table_of, seen, first, following, sizes, sums,
             n_tables, work, slots, generator,
         )  # fmt: skip
     return k, n_tables, sums
@@ -121,7 +124,9 @@ def move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, genera
                 peak = row[g] + log_prior[g]
         total = 0.0
         for g in range(row.size):
-            total += exp(row[g] + log_prior[g] - peak)
+            below = row[g] + log_prior[g] - peak
+            if below > NEGLIGIBLE:
+                total += exp(below)
             work[g] = total
         dishes[t] = choose(work, row.size, generator)
         log_likelihood += row[dishes[t]]

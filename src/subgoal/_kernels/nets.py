@@ -19,11 +19,7 @@ def _cell(value: float, origin: float, width: float, cells: int) -> int:
 @njit(cache=True, nogil=True)
 def _bucket(a: int, b: int, c: int, mask: int) -> Any:
     """Bucket of a cell; different cells may share one, which costs time and nothing else."""
-    h = np.uint64(a) * np.uint64(0x9E3779B97F4A7C15)
-    h ^= np.uint64(b) * np.uint64(0xC2B2AE3D27D4EB4F)
-    h ^= np.uint64(c) * np.uint64(0x165667B19E3779F9)
-    h ^= h >> np.uint64(29)
-    return np.int64(h & np.uint64(mask))
+    return (a * 73856093 ^ b * 19349663 ^ c * 83492791) & mask
 
 
 @njit(cache=True, nogil=True)

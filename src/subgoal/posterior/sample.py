@@ -45,7 +45,7 @@ def sample(
     chains: int = 4,
     draws: int = 1000,
     warmup: int = 1000,
-    thin: int = 5,
+    thin: int = 10,
     seed: int = 0,
     workers: int | None = None,
     backend: str = "threading",
