@@ -1,0 +1,99 @@
+"""The exact transition law of ``collapsed_blocks``: reversible site moves, invariant block moves and sweeps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from subgoal._kernels import collapsed_blocks as loops
+from subgoal._kernels.counts import recount
+from tests.exact.replay import matrix, outcomes
+from tests.oracles.tables import PRIOR, TABLES, assignment_posterior
+
+CASES = [(name, eta) for name in TABLES for eta in (0.05, 1.0, 5.0)]
+
+
+class Arrays:
+    """Working arrays of the loops for one state."""
+
+    def __init__(self, theta: tuple[int, ...], log_table: np.ndarray, prior: np.ndarray) -> None:
+        n, g_count = log_table.shape
+        self.log_table, self.prior, self.log_prior = log_table, prior, np.log(prior)
+        marginal = np.log(np.exp(log_table) @ prior)
+        self.relative = np.exp(log_table - marginal[:, None])
+        self.theta = np.array(theta, np.int32)
+        self.counts, self.active, self.place, self.seen = (np.zeros(g_count, np.int64) for _ in range(4))
+        self.first = np.full(g_count, -1, np.int64)
+        self.table_of, self.following, self.sizes, self.dishes, self.slots = (np.zeros(n, np.int64) for _ in range(5))
+        self.work, self.sums = np.zeros(max(n, g_count) + 1), np.zeros((n + 1, g_count))
+        self.k = int(recount(self.theta, self.counts, self.active, self.place))
+
+
+def move_site(i: int, theta, log_table, prior, eta):
+    a = Arrays(theta, log_table, prior)
+    loops.redraw_candidate(i, i, a.relative, a.theta, a.counts, a.active, a.place, a.k, eta, prior, a.work, None)
+    check = Arrays(tuple(a.theta), log_table, prior)
+    assert (a.counts == check.counts).all()
+    return tuple(int(g) for g in a.theta)
+
+
+def move_all_blocks(theta, log_table, prior, eta):
+    a = Arrays(theta, log_table, prior)
+    n_tables = 0
+    for i in range(len(theta)):
+        n_tables = loops.seat(
+            i, i, log_table, a.theta, eta * prior[theta[i]], a.table_of, a.seen, a.first, a.following, a.sizes,
+            a.sums, n_tables, a.work, a.slots, None,
+        )  # fmt: skip
+    loops.move_blocks(n_tables, a.sums, a.log_prior, a.table_of, a.theta, a.dishes, a.work, None)
+    return tuple(int(g) for g in a.theta)
+
+
+def sweep(theta, log_table, prior, eta):
+    a = Arrays(theta, log_table, prior)
+    keep, trace = np.ones(1, bool), [np.zeros(1) for _ in range(2)]
+    kept, active = np.zeros((1, len(theta)), np.int32), np.zeros(1, np.int64)
+    loops.sweeps_dense(
+        log_table, a.relative, prior, a.log_prior, eta, a.theta, a.sums[:1], keep, kept, *trace, active, None
+    )
+    return tuple(int(g) for g in kept[0])
+
+
+def posterior_vector(log_table, eta, prior):
+    law = assignment_posterior(log_table, eta, prior)
+    return list(law), np.array(list(law.values()))
+
+
+@pytest.mark.parametrize(("name", "eta"), CASES)
+def test_every_site_move_is_reversible(name: str, eta: float) -> None:
+    table = TABLES[name]
+    states, pi = posterior_vector(table, eta, PRIOR)
+    for i in range(len(table)):
+        step = matrix(states, lambda s, i=i: outcomes(loops, lambda: move_site(i, s, table, PRIOR, eta)))
+        flow = pi[:, None] * step
+        assert np.abs(flow - flow.T).max() <= 1e-13
+        assert np.abs(step.sum(axis=1) - 1).max() <= 1e-12
+
+
+@pytest.mark.parametrize(("name", "eta"), CASES)
+def test_block_move_leaves_the_posterior_invariant(name: str, eta: float) -> None:
+    table = TABLES[name]
+    states, pi = posterior_vector(table, eta, PRIOR)
+    step = matrix(states, lambda s: outcomes(loops, lambda: move_all_blocks(s, table, PRIOR, eta)))
+    assert np.abs(pi @ step - pi).sum() <= 1e-12
+
+
+@pytest.mark.parametrize(("name", "eta"), [("generic", 1.0), ("peaked", 5.0)])
+def test_whole_shipped_sweep_leaves_the_posterior_invariant(name: str, eta: float) -> None:
+    table, prior = TABLES[name][:3, :2], np.array([0.7, 0.3])
+    states, pi = posterior_vector(table, eta, prior)
+    step = matrix(states, lambda s: outcomes(loops, lambda: sweep(s, table, prior, eta)))
+    assert np.abs(pi @ step - pi).sum() <= 1e-12
+
+
+def test_a_slightly_wrong_likelihood_would_be_noticed() -> None:
+    """The power of the check: L to the power 0.95 moves the invariant law by about 1e-2."""
+    table, eta = TABLES["peaked"], 1.0
+    states, pi = posterior_vector(table, eta, PRIOR)
+    step = matrix(states, lambda s: outcomes(loops, lambda: move_all_blocks(s, 0.95 * table, PRIOR, eta)))
+    assert np.abs(pi @ step - pi).sum() >= 1e-3
