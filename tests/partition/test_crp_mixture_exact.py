@@ -198,3 +198,31 @@ def test_one_choice_follows_its_weights():
     assert counts[2] == 0
     seen = np.isfinite(weight)
     assert chisquare(counts[seen], 10_000 * normalised(weight[seen])).pvalue > 1e-6
+
+
+@pytest.mark.parametrize("kind", ["collapsed", "uncollapsed"])
+def test_bookkeeping_over_many_moves(kind):
+    """What is kept about each table after 300 moves is what a fresh count gives."""
+    base, generator = a_base(6, 3), np.random.Generator(np.random.PCG64(9))
+    if kind == "collapsed":
+        room = Collapsed(base.points, base, np.zeros(6, int), 2.0)
+    else:
+        room = Uncollapsed(base.points, base, np.zeros(6, int), 2.0, base.parameters[:1])
+    for move in range(300):
+        i, fresh = move % 6, base.draw_given(np.zeros((2, 3)), generator)
+        extra = () if kind == "collapsed" else (room.leave(i, fresh),)
+        if kind == "collapsed":
+            room.leave(i)
+        room.join(i, choose(room.law(i, *extra), generator), *extra)
+        tables = room.tables
+        assert set(tables.label.tolist()) == set(range(tables.size))
+        np.testing.assert_array_equal(tables.count[: tables.size], np.bincount(tables.label))
+        for k in range(tables.size):
+            seated = tables.label == k
+            if kind == "collapsed":
+                total = base.table[seated].sum(axis=0)
+                np.testing.assert_allclose(tables.rows["totals"][k], total, atol=1e-11)
+                kept, wanted = tables.rows["log_marginal"][k], base.log_marginal_of(total[None])[0]
+            else:
+                kept, wanted = tables.rows["column"][k], base.table[:, int(tables.rows["parameter"][k, 0])]
+            np.testing.assert_allclose(kept, wanted, atol=1e-11)

@@ -83,26 +83,24 @@ class Collapsed:
         """Take point ``i`` out of its cluster."""
         table = int(self.tables.label[i])
         if self.tables.leave(i) is None:
-            self._add(table, -self.statistic[i])
+            totals = self.tables.rows["totals"][table : table + 1]
+            totals -= self.statistic[i]
+            self.tables.rows["log_marginal"][table] = self.base.log_marginal_of(totals)[0]
 
     def law(self, i: int) -> Floats:
         """(K + 1,) log weights of the clusters for point ``i``, a new one last (Neal's equation 3.7)."""
         k, rows = self.tables.size, self.tables.rows
-        joined = self.base.log_marginal_of(rows["totals"][:k] + self.statistic[i])
-        weight = np.log(self.tables.count[:k]) + joined - rows["log_marginal"][:k]
+        self.joined = self.base.log_marginal_of(rows["totals"][:k] + self.statistic[i])
+        weight = np.log(self.tables.count[:k]) + self.joined - rows["log_marginal"][:k]
         return np.append(weight, np.log(self.eta) + self.alone[i])
 
     def join(self, i: int, table: int) -> None:
-        """Put point ``i`` into cluster ``table``; K opens a new one."""
-        opened = table == self.tables.size
+        """Put point ``i``, whose ``law`` was asked for last, into cluster ``table``; K opens a new one."""
+        opened, rows = table == self.tables.size, self.tables.rows
         self.tables.join(i, table, totals=self.statistic[i], log_marginal=self.alone[i])
         if not opened:
-            self._add(table, self.statistic[i])
-
-    def _add(self, table: int, change: Floats) -> None:
-        rows = self.tables.rows
-        rows["totals"][table] += change
-        rows["log_marginal"][table] = self.base.log_marginal_of(rows["totals"][table : table + 1])[0]
+            rows["totals"][table] += self.statistic[i]
+            rows["log_marginal"][table] = self.joined[table]
 
 
 class Uncollapsed:
