@@ -15,6 +15,8 @@ from subgoal.runtime.errors import InputError
 
 ON_GRID = 1e-6
 """A sample this close to a resampling time, in steps, counts as lying on it."""
+MOST_MADE = 1e6
+"""Resampling that makes more samples than this, and 100 for each one there is, is taken for a wrong unit."""
 
 
 def select_trajectories(recording: Recording, wanted: NDArray[np.bool_], source: Source) -> Recording:
@@ -106,7 +108,7 @@ def resample(recording: Recording, rate: float, *, period: Sequence[float] | Non
     ------
     InputError
         The rate is not above 0, the periods do not fit, the recording carries actions, or the request makes more
-        than 100 samples for each one there is and more than ten million in all.
+        than 100 samples for each one there is and more than a million in all.
     """
     rate = positive("rate", rate)
     if recording.actions is not None:
@@ -154,7 +156,7 @@ def _check_size(recording: Recording, rate: float) -> None:
     spans = recording.times[recording.offset[1:] - 1] - recording.times[recording.offset[:-1]]
     with np.errstate(over="ignore"):
         count = float((spans * rate).sum())
-    if not count <= max(1e7, 100.0 * len(recording.times)):
+    if not count <= max(MOST_MADE, 100.0 * len(recording.times)):
         raise InputError("rate", found=f"{rate:g}, giving {count:.3g} samples", wanted="fewer samples",
                          hint="check the unit of the times, or split_at_gaps first")  # fmt: skip
 

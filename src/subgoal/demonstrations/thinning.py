@@ -117,7 +117,8 @@ def _hash_grid(points: Floats, radius: float, metric: Metric) -> tuple[Ints, Flo
     origin, width, cells = np.zeros(HASHED_AXES), np.ones(HASHED_AXES), np.zeros(HASHED_AXES, np.int64)
     for h, k in enumerate(widest):
         origin[h] = points[:, k].min()
-        width[h] = max(1.001 * radius / metric.weights[k], extent[k] / FINEST_GRID, np.finfo(float).tiny)
+        span = metric.period[k] if np.isfinite(metric.period[k]) else extent[k]
+        width[h] = max(1.001 * radius / metric.weights[k], span / FINEST_GRID, np.finfo(float).tiny)
         if np.isfinite(metric.period[k]):
             cells[h] = max(1, int(metric.period[k] / width[h]))
             width[h] = metric.period[k] / cells[h]

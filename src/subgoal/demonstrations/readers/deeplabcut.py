@@ -14,7 +14,7 @@ import numpy as np
 from subgoal.demonstrations.readers.columns import numbers
 from subgoal.demonstrations.readers.csv import table
 from subgoal.demonstrations.readers.files import guarded, head, plain_file, source_of
-from subgoal.demonstrations.readers.hdf5 import HDF5_MAGIC, dataset, hdf5
+from subgoal.demonstrations.readers.hdf5 import HDF5_MAGIC, read_hdf5
 from subgoal.demonstrations.readers.layout import Layout
 from subgoal.demonstrations.readers.tracking import Tracking, animals
 from subgoal.demonstrations.records import Recording
@@ -85,16 +85,16 @@ def _from_csv(path: Path) -> tuple[Floats, list[Column], Floats]:
 
 def _from_hdf5(path: Path) -> tuple[Floats, list[Column], Floats]:
     """As ``_from_csv``, from a table written by pandas."""
-    with hdf5(path, "a table of DeepLabCut written by pandas") as file:
-        group = next(iter(file), "")
-        rows = dataset(path, file, f"{group}/table", 1)
-        wanted = {"index", "values_block_0"}
-        if set(rows.dtype.names or ()) != wanted or rows.dtype["index"].kind not in "iu":
-            raise ReadError(str(path), found=f"fields {rows.dtype}", wanted=f"{wanted}", hint="the CSV file instead")
-        labels = _plain_pickle(bytes(rows.attrs["values_block_0_kind"]))
-        content = rows[:]
-        values = np.asarray(content["values_block_0"], dtype=np.float64)
-        frames = np.asarray(content["index"], dtype=np.float64)
+    told = "a table of DeepLabCut written by pandas"
+    arrays = read_hdf5(path, told, ("fields", "index", "values_block_0", "labels"))
+    wanted = ["index", "values_block_0"]
+    if arrays["fields"].tolist() != wanted or arrays["index"].dtype.kind not in "iu":
+        found = f"fields {arrays['fields'].tolist()}"
+        raise ReadError(str(path), found=found, wanted=f"{wanted}", hint="the CSV file instead")
+    with guarded(path, told):
+        values = np.asarray(arrays["values_block_0"], dtype=np.float64)
+        frames = np.asarray(arrays["index"], dtype=np.float64)
+        labels = _PlainUnpickler(io.BytesIO(arrays["labels"].tobytes())).load()
         columns = _labels(path, [tuple(label)[:5] for label in labels])
     if values.ndim != 2 or values.shape[1] != len(columns):
         raise ReadError(str(path), found=f"{len(columns)} labels, shape {values.shape}", wanted="a label a column")
@@ -120,7 +120,3 @@ class _PlainUnpickler(pickle.Unpickler):
     def persistent_load(self, pid: Any) -> Any:
         """Refuse every outside reference."""
         raise pickle.UnpicklingError("outside references are refused")
-
-
-def _plain_pickle(content: bytes) -> Any:
-    return _PlainUnpickler(io.BytesIO(content)).load()

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from subgoal.demonstrations.readers.files import head
-from subgoal.demonstrations.readers.hdf5 import HDF5_MAGIC, holds_dataset
+from subgoal.demonstrations.readers.hdf5 import HDF5_MAGIC, is_pandas_table
 from subgoal.demonstrations.readers.npz import array_names
 from subgoal.runtime.errors import ReadError
 
@@ -25,7 +25,7 @@ def find_format(path: Path) -> str:
         names = array_names(path)
         return "pairs" if "states" in names and "positions" not in names else "npz"
     if start.startswith(HDF5_MAGIC):
-        return "sleap" if holds_dataset(path, "tracks") else "deeplabcut"
+        return "deeplabcut" if is_pandas_table(path) else "sleap"
     if start.startswith(b"PAR1"):
         return "parquet"
     if start.startswith(b"MATLAB 5.0 MAT-file"):

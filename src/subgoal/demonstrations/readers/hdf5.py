@@ -1,44 +1,59 @@
-"""HDF5 files, opened only when h5py is there, and read only as far as their size is believable."""
+"""HDF5 files, read by a process of their own, which a damaged file may bring down without harm."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import importlib.util
+import io
+import mmap
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
-from subgoal.demonstrations.readers.files import check_unpacked, guarded
+import numpy as np
+from numpy.typing import NDArray
+
+from subgoal.demonstrations.readers.files import guarded
 from subgoal.runtime.errors import MissingExtraError, ReadError
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+CHILD = "subgoal.demonstrations.readers.hdf5_child"
+PATIENCE = 30.0
+"""Seconds, beyond the child's own limit, after which it is ended."""
 
 
-@contextmanager
-def hdf5(path: Path, wanted: str) -> Iterator[Any]:
-    """The open file. Raises ``MissingExtraError`` without h5py, ``ReadError`` for whatever goes wrong inside."""
-    try:
-        import h5py
-    except ImportError:
-        raise MissingExtraError("h5py", "sleap") from None
-    with guarded(path, wanted), h5py.File(path, "r", locking=False) as file:
-        yield file
+def is_pandas_table(path: Path) -> bool:
+    """Whether pandas wrote this HDF5 file in its table form (looked up without opening it as HDF5)."""
+    with (
+        guarded(path, "a readable file"),
+        path.open("rb") as stream,
+        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as view,
+    ):
+        return view.find(b"values_block_0_kind") >= 0
 
 
-def dataset(path: Path, file: Any, name: str, ndim: int) -> Any:
-    """A dataset of ``ndim`` dimensions of believable size. Raises ``ReadError`` if there is none such."""
-    import h5py
+def read_hdf5(path: Path, wanted: str, required: tuple[str, ...]) -> dict[str, NDArray[Any]]:
+    """The arrays that ``hdf5_child.content`` finds in a file, all of ``required`` among them.
 
-    found = file.get(name)
-    if not isinstance(found, h5py.Dataset):
-        listed = ", ".join(repr(key) for key in list(file)[:30])
-        raise ReadError(str(path), where=f"dataset {name!r}", found=f"only {listed}", wanted="one of that name")
-    if found.ndim != ndim:
-        raise ReadError(str(path), where=f"dataset {name!r}", found=f"shape {found.shape}", wanted=f"{ndim} axes")
-    check_unpacked(path, f"dataset {name!r}", int(found.nbytes), path.stat().st_size)
-    return found
-
-
-def holds_dataset(path: Path, name: str) -> bool:
-    """Whether the file has something called ``name`` at its top."""
-    with hdf5(path, "an HDF5 file") as file:
-        return name in file
+    Raises ``MissingExtraError`` without h5py, and ``ReadError`` where the file is damaged (also where it crashes the
+    HDF5 library) or lacks one; ``wanted`` says what it should have been.
+    """
+    if importlib.util.find_spec("h5py") is None:
+        raise MissingExtraError("h5py", "sleap")
+    command = [sys.executable, "-P", "-m", CHILD, str(path.absolute())]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    patience = PATIENCE + path.stat().st_size / 1e7
+    with guarded(path, wanted):
+        child = subprocess.run(command, capture_output=True, timeout=patience, env=environment, check=False)
+        if child.returncode != 0 or not child.stdout:
+            told = f"damage that stopped the HDF5 library (exit {child.returncode})"
+            raise ReadError(str(path), found=told, wanted=wanted)
+        with np.load(io.BytesIO(child.stdout), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    if "error" in arrays:
+        raise ReadError(str(path), found=str(arrays["error"]), wanted=wanted)
+    for name in required:
+        if name not in arrays:
+            raise ReadError(str(path), found=f"only {sorted(arrays)}", wanted=f"{name!r}: {wanted}")
+    return arrays
