@@ -92,9 +92,7 @@ Headline = dict[str, Any]
 Experiment = Callable[[Options], tuple[Headline, Figure]]
 
 
-def run(
-    name: str, experiment: Experiment, needs: str | None = None, argv: Sequence[str] | None = None
-) -> Headline:
+def run(name: str, experiment: Experiment, needs: str | None = None, argv: Sequence[str] | None = None) -> Headline:
     """Run one experiment from the command line and return what its last line says.
 
     Parameters

@@ -96,9 +96,7 @@ def log_dirichlet_multinomial(counts: Any, concentration: float, prior: Any) -> 
     bad = ~(used >= 0) | (used != np.floor(used))
     if bad.any():
         where = int(np.argmax(bad))
-        raise InputError(
-            "counts", where=f"index {where}", found=used[where], wanted="a whole number of at least 0"
-        )
+        raise InputError("counts", where=f"index {where}", found=used[where], wanted="a whole number of at least 0")
     seen = used > 0
     mass = eta * base[seen]
     if (mass == 0).any():
