@@ -1,3 +1,53 @@
-"""Bayesian nonparametric reward learning from demonstration."""
+"""Bayesian nonparametric reward learning from demonstration: the goals behind a recording, and how sure they are."""
 
-__version__ = "0.1.0"
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from subgoal.runtime.version import VERSION as __version__
+
+_HOME = {
+    "read": "demonstrations.read",
+    "read_recording": "demonstrations.readers",
+    "demonstrate": "demonstrations.prepare",
+    "Recording": "demonstrations.records",
+    "Demonstrations": "demonstrations.records",
+    "Metric": "demonstrations.metric",
+    "summarise": "demonstrations.summary",
+    "thin": "demonstrations.thinning",
+    "Candidates": "candidates",
+    "epsilon_net": "candidates",
+    "visited": "candidates",
+    "read_candidates": "candidates",
+    "action_comparison": "likelihood.action_comparison",
+    "proportional": "likelihood.controllers",
+    "straight_to_goal": "likelihood.controllers",
+    "LogLikelihood": "likelihood.table",
+    "sample": "posterior.sample",
+    "Posterior": "posterior.posterior",
+    "Status": "posterior.diagnostics",
+    "save": "posterior.archive",
+    "load": "posterior.archive",
+    "subgoals": "answers.subgoals",
+    "segments": "answers.segments",
+    "residuals": "answers.residuals",
+    "co_clustering": "answers.partition",
+    "point_partition": "answers.partition",
+    "SubgoalError": "runtime.errors",
+}
+"""Public names and the module each lives in; nothing heavy loads before it is used."""
+
+__all__ = ["__version__", "report", "samplers", *_HOME]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "samplers":
+        return import_module("subgoal.samplers")
+    if name not in _HOME:
+        raise AttributeError(f"module 'subgoal' has no attribute {name!r}")
+    return getattr(import_module(f"subgoal.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from subgoal.demonstrations.prepare import demonstrate
 from subgoal.demonstrations.readers import PAIRS, RECORDINGS, format_of, known_options, read_recording
 from subgoal.demonstrations.readers import accepted as options_of
-from subgoal.demonstrations.records import Demonstrations
+from subgoal.demonstrations.recordings import starting_in
+from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.demonstrations.thinning import thin as thin_pairs
 
 
@@ -21,6 +23,7 @@ def read(
     window: int | None = None,
     max_gap: float | None = None,
     thin: float | None = None,
+    start_within: Sequence[tuple[float, float]] | None = None,
     **options: Any,
 ) -> Demonstrations:
     """Read a file and make state-action pairs of it: ``read_recording`` followed by ``demonstrate``.
@@ -34,6 +37,8 @@ def read(
     rate, every, velocity, window, max_gap, thin:
         As in ``demonstrate``. ``rate`` and ``max_gap`` also go to readers that take them: for a file without a
         clock, ``rate`` is how many samples or frames there are in a second.
+    start_within:
+        (low, high) for each dimension, ±infinity where there is no bound: only trajectories that start there.
     options:
         Those of the reader, such as ``position=["x", "y"], time="t", trajectory="id"`` for tables.
 
@@ -52,10 +57,26 @@ def read(
     if chosen in PAIRS:
         demos = PAIRS[chosen](path, **known_options(PAIRS[chosen], options))
         return demos if thin is None else thin_pairs(demos, thin)
-    shared = {"rate": rate, "max_gap": max_gap}
-    taken = options_of(RECORDINGS[chosen])
-    options |= {name: value for name, value in shared.items() if value is not None and name in taken}
+    recording = _recording(path, chosen, {"rate": rate, "max_gap": max_gap}, options)
+    if start_within is not None:
+        recording = starting_in(recording, [low for low, _ in start_within], [high for _, high in start_within])
     return demonstrate(
-        read_recording(path, format=chosen, **options),
+        recording,
         rate=rate, every=every, velocity=velocity, window=window, max_gap=max_gap, thin=thin,
     )  # fmt: skip
+
+
+def look(path: Any, *, format: str | None = None, **options: Any) -> Recording | Demonstrations:
+    """A file as it is, for ``summarise`` and pictures: a Recording, or Demonstrations of ready pairs."""
+    chosen = format_of(path, format)
+    if chosen in PAIRS:
+        return PAIRS[chosen](path, **known_options(PAIRS[chosen], options))
+    shared = {name: options.pop(name, None) for name in ("rate", "max_gap")}
+    return _recording(path, chosen, shared, options)
+
+
+def _recording(path: Any, format: str, shared: dict[str, Any], options: dict[str, Any]) -> Recording:
+    """A recording; of the options ``shared`` with ``demonstrate`` the reader gets those that it takes."""
+    taken = options_of(RECORDINGS[format])
+    known = {name: value for name, value in shared.items() if value is not None and name in taken}
+    return read_recording(path, format=format, **options, **known)

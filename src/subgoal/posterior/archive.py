@@ -1,0 +1,99 @@
+"""Save and load a posterior: one npz without pickle, with all that reports and answers need."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+from scipy import sparse
+
+from subgoal.candidates import Candidates
+from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.records import Demonstrations, Source
+from subgoal.likelihood.action_comparison import action_comparison
+from subgoal.posterior.diagnostics import Diagnostic, Status
+from subgoal.posterior.posterior import CountDraws, Posterior, Settings
+from subgoal.runtime.errors import StorageError
+from subgoal.storage.archive import read_archive, write_archive
+
+KIND = "posterior"
+REMADE = "directions"
+"""The kind of likelihood that can be made again from what is stored."""
+
+
+def save(posterior: Posterior, path: str | Path) -> Path:
+    """Write a posterior with the positions, actions, offsets and names it was fitted on."""
+    demos, candidates, counts = posterior.demonstrations, posterior.candidates, posterior.counts
+    arrays: dict[str, NDArray[Any]] = {
+        "states": demos.states, "actions": demos.actions, "offset": demos.offset, "final_states": demos.final_states,
+        "truncated": demos.truncated, "points": candidates.points, "log_prior": candidates.log_prior,
+        "weights": candidates.metric.weights, "period": candidates.metric.period,
+        "count_offset": counts.offset, "count_candidate": counts.candidate, "count": counts.count,
+        "share_data": posterior.shares.data, "share_indices": posterior.shares.indices,
+        "share_indptr": posterior.shares.indptr, "best": posterior.best_assignment, "log_joint": posterior.log_joint,
+        "log_likelihood": posterior.log_likelihood, "uninformative": posterior.uninformative,
+    }  # fmt: skip
+    arrays |= {f"trace_{name}": trace for name, trace in posterior.traces.items()}
+    arrays |= {f"parameter_{name}": values for name, values in posterior.parameters.items()}
+    if demos.times is not None:
+        arrays["times"] = demos.times
+    if posterior.assignments is not None:
+        arrays["assignments"] = posterior.assignments
+    header = {
+        "settings": asdict(posterior.settings), "status": posterior.status.name, "seconds": posterior.seconds,
+        "diagnostics": {name: asdict(each) for name, each in posterior.diagnostics.items()},
+        "names": demos.names, "units": demos.units, "trajectory_names": demos.trajectory_names,
+        "time_unit": demos.time_unit, "source": asdict(demos.source),
+        "candidate_names": candidates.names, "radius": candidates.radius,
+    }  # fmt: skip
+    path = Path(path)
+    write_archive(path, KIND, header, arrays, keep_previous=False)
+    return path
+
+
+def load(path: str | Path) -> Posterior:
+    """Read a posterior that ``save`` wrote.
+
+    The likelihood is made again when it compares directions; otherwise ``Posterior.likelihood`` is None.
+    Raises ``StorageError`` for a torn, foreign or newer file.
+    """
+    header, arrays = read_archive(Path(path), KIND)
+    try:
+        return _posterior(header, arrays)
+    except (KeyError, TypeError, ValueError) as problem:
+        raise StorageError("posterior file", where=str(path), found=f"a missing or wrong field ({problem})",
+                           wanted="all fields of a posterior") from None  # fmt: skip
+
+
+def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Posterior:
+    demos = Demonstrations(
+        states=arrays["states"], actions=arrays["actions"], offset=arrays["offset"], times=arrays.get("times"),
+        final_states=arrays["final_states"], truncated=arrays["truncated"], names=tuple(header["names"]),
+        units=header["units"], trajectory_names=tuple(header["trajectory_names"]), time_unit=header["time_unit"],
+        source=Source(**header["source"]),
+    )  # fmt: skip
+    candidates = Candidates(
+        points=arrays["points"], log_prior=arrays["log_prior"], names=tuple(header["candidate_names"]),
+        radius=header["radius"], metric=Metric(arrays["weights"], arrays["period"]),
+    )  # fmt: skip
+    settings = Settings(**header["settings"])
+    shape = demos.n_observations, candidates.n_candidates
+    shares = sparse.csr_array((arrays["share_data"], arrays["share_indices"], arrays["share_indptr"]), shape=shape)
+    remade = (
+        action_comparison(demos, candidates, confidence=settings.confidence) if settings.likelihood == REMADE else None
+    )
+    return Posterior(
+        demonstrations=demos, candidates=candidates, settings=settings, assignments=arrays.get("assignments"),
+        counts=CountDraws(arrays["count_offset"], arrays["count_candidate"], arrays["count"]), shares=shares,
+        best_assignment=arrays["best"], log_joint=arrays["log_joint"], log_likelihood=arrays["log_likelihood"],
+        traces=_prefixed(arrays, "trace_"), parameters=_prefixed(arrays, "parameter_"),
+        diagnostics={name: Diagnostic(**each) for name, each in header["diagnostics"].items()},
+        status=Status[header["status"]], uninformative=arrays["uninformative"], seconds=header["seconds"],
+        likelihood=remade,
+    )  # fmt: skip
+
+
+def _prefixed(arrays: dict[str, NDArray[Any]], prefix: str) -> dict[str, NDArray[Any]]:
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
