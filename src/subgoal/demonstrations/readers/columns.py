@@ -91,8 +91,9 @@ def numbers(path: Any, name: str, column: Any) -> Floats:
     """A column as floats, NaN where a cell is empty. Raises ``ReadError`` naming the first row that is no number."""
     import pandas as pd
 
-    if pd.Series(column).dtype.kind in "mMc":
-        raise ReadError(str(path), where=f"column {name!r}", found=str(column.dtype), wanted="real numbers")
+    kind = pd.Series(column).dtype
+    if kind.kind in "mMc":
+        raise ReadError(str(path), where=f"column {name!r}", found=str(kind), wanted="real numbers")
     try:
         values = pd.to_numeric(pd.Series(column), errors="coerce").to_numpy(np.float64, na_value=np.nan)
     except OverflowError:

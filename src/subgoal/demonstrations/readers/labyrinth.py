@@ -40,7 +40,7 @@ def read_labyrinth(path: Any, session: str | None = None) -> Demonstrations:
     columns = table(path, layout, wanted, text=("session",))
     names = np.array([str(name) for name in columns["session"]])
     if session is not None and session not in names:
-        raise ReadError(str(path), where="session", found=repr(session), wanted=f"one of {sorted(set(names))}")
+        raise ReadError(str(path), where="session", found=repr(session), wanted=f"one of {sorted(set(names.tolist()))}")
     rows = np.flatnonzero(names == session) if session is not None else np.arange(len(names))
     whole = {name: _integers(path, name, columns[name])[rows] for name in wanted[1:]}
     return _walks(path, names[rows], whole, rows)

@@ -23,7 +23,8 @@ class Layout:
     """Where the table of a text file begins and how to read it.
 
     ``skip`` is the number of lines before the data (comments, header); ``names`` the columns, "0", "1", ... if the
-    file has no header line; ``latin`` is True where the bytes were no UTF-8 and were read as Latin-1.
+    file has no header line (``headed`` is False then); ``latin`` is True where the bytes were no UTF-8 and were read
+    as Latin-1.
     """
 
     encoding: str
@@ -31,6 +32,7 @@ class Layout:
     decimal: str
     skip: int
     names: tuple[str, ...]
+    headed: bool = False
     latin: bool = False
 
 
@@ -53,14 +55,15 @@ def find_layout(path: Path, separator: str | None = None, decimal: str | None = 
         rows = _cells(lines[skip : skip + 200], separator)
         comment = _cells([lines[skip - 1].lstrip("# ")], separator)[0] if skip else []
     names = [name.strip() for name in rows[0]]
-    if _are_data(names):
-        headed = len(comment) == len(names) and not any(NUMBER.fullmatch(name) for name in comment)
-        names = [name.strip() for name in comment] if headed else [str(k) for k in range(len(names))]
+    headed = not _are_data(names)
+    if not headed:
+        told = len(comment) == len(names) and not any(NUMBER.fullmatch(name) for name in comment)
+        names = [name.strip() for name in comment] if told else [str(k) for k in range(len(names))]
     else:
         skip, rows = skip + 1, rows[1:]
         if rows and len(rows[0]) == len(names) + 1 and not rows[0][-1].strip():
             names.append("")  # every line ends in a separator
-    return Layout(encoding, separator, decimal or _decimal(rows, separator), skip, tuple(names), latin)
+    return Layout(encoding, separator, decimal or _decimal(rows, separator), skip, tuple(names), headed, latin)
 
 
 def find_encoding(path: Path) -> tuple[str, bool]:

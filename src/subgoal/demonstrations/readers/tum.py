@@ -35,8 +35,8 @@ def read_tum(
     found = find_layout(path, separator=" ", decimal=".")
     if len(found.names) != len(COLUMNS):
         raise ReadError(str(path), found=f"{len(found.names)} columns", wanted=f"{len(COLUMNS)}: {' '.join(COLUMNS)}")
-    if found.names != tuple(map(str, range(len(COLUMNS)))) and found.skip == 0:
-        raise ReadError(str(path), found="a header line that is no comment", wanted="numbers or lines with #")
+    if found.headed and found.names != COLUMNS:
+        raise ReadError(str(path), found=f"a header line {found.names}", wanted="numbers, or comments with #")
     layout = Layout(found.encoding, " ", ".", found.skip, COLUMNS)
     columns = table(path, layout, choice.all)
     first = columns["timestamp"][:1]
