@@ -1,1 +1,13 @@
-"""One function per figure."""
+"""One function per figure, each giving a matplotlib Figure; ``save_figure`` writes it."""
+
+from subgoal.plots.counts import plot_count_posterior, plot_subgoal_count
+from subgoal.plots.files import save_figure
+from subgoal.plots.fit import plot_residuals
+from subgoal.plots.recording import plot_recording
+from subgoal.plots.strips import plot_segments
+from subgoal.plots.trajectories import plot_trajectories
+
+__all__ = [
+    "plot_count_posterior", "plot_recording", "plot_residuals", "plot_segments", "plot_subgoal_count",
+    "plot_trajectories", "save_figure",
+]  # fmt: skip

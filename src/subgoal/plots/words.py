@@ -1,0 +1,86 @@
+"""Sentences that say what was found, the same in figures and in the report."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from subgoal.answers.residuals import Residuals
+from subgoal.answers.subgoals import COUNTED_FROM, Subgoal, Subgoals
+from subgoal.posterior.posterior import Posterior
+from subgoal.runtime.checks import Floats
+
+OFF_CENTRE = 0.05
+"""A mean transform this far from one half is told as more or less precise."""
+OFF_SHAPE = 0.1
+"""A distribution function this far from the diagonal is told as another shape."""
+
+
+def counted(number: int, noun: str) -> str:
+    """ "1 subgoal", "3 subgoals", "2,054 observations"."""
+    return f"{number:,} {noun}" + ("" if number == 1 else "s")
+
+
+def percent(share: float) -> str:
+    """ "95 %", and at the ends "over 99 %", "under 1 %"; exactly 0 and 1 as they are."""
+    if 0.99 < share < 1:
+        return "over 99 %"
+    if 0 < share < 0.01:
+        return "under 1 %"
+    return f"{100 * share:.0f} %"
+
+
+def sure(found: Subgoals) -> str:
+    """ "3 subgoals, 95 % sure of the number; 1 smaller place below 5 %"."""
+    chance = found.n_subgoals_distribution.get(found.n_subgoals, 0.0)
+    told = f"{counted(found.n_subgoals, 'subgoal')}, {percent(chance)} sure of the number"
+    small = len(found) - found.n_subgoals
+    return f"{told}; {counted(small, 'smaller place')} below {percent(COUNTED_FROM)}" if small else told
+
+
+def headline(posterior: Posterior, found: Subgoals) -> str:
+    """ "3 subgoals in 7 trajectories (357 observations)"."""
+    demos = posterior.demonstrations
+    rows = counted(demos.n_observations, "observation")
+    if demos.n_trajectories == demos.n_observations:
+        return f"{counted(found.n_subgoals, 'subgoal')} in {rows}"
+    return f"{counted(found.n_subgoals, 'subgoal')} in {trajectories(demos.n_trajectories)} ({rows})"
+
+
+def trajectories(number: int) -> str:
+    """ "1 trajectory", "7 trajectories"."""
+    return f"{number:,} trajector" + ("y" if number == 1 else "ies")
+
+
+def marker_label(goal: Subgoal) -> str:
+    """The number, and the name where the place has one of its own."""
+    return str(goal.label) if goal.name == f"subgoal {goal.label}" else f"{goal.label} {goal.name}"
+
+
+def compact(values: Floats, extent: float) -> str:
+    """Coordinates "(12.3, 4.0)" to a thousandth of the extent of the data."""
+    digits = decimals(extent)
+    return "(" + ", ".join(f"{round(float(v), digits) + 0.0:.{digits}f}" for v in values) + ")"
+
+
+def decimals(extent: float, parts: float = 1000.0) -> int:
+    """Digits after the point that tell ``parts`` parts of ``extent`` apart."""
+    if not extent > 0 or not np.isfinite(extent):
+        return 3
+    return int(np.clip(np.ceil(np.log10(parts / extent)), 0, 9))
+
+
+def reading(posterior: Posterior, residuals: Residuals) -> str:
+    """What the residuals say of the confidence, in one sentence."""
+    confidence = f"confidence {posterior.settings.confidence:g}"
+    if not residuals.transform.size:
+        return "No observation says anything of its distance."
+    ordered = np.sort(residuals.transform)
+    mean = float(ordered.mean())
+    if mean < 0.5 - OFF_CENTRE:
+        return f"The demonstrator is more precise than {confidence} says: a higher one would fit better."
+    if mean > 0.5 + OFF_CENTRE:
+        return f"The demonstrator is less precise than {confidence} says: a lower one would fit better."
+    steps = np.arange(1, ordered.size + 1) / ordered.size
+    if np.abs(ordered - steps).max() > OFF_SHAPE:
+        return f"On average the distances are those of {confidence}, but their shape is another."
+    return f"The distances are about what {confidence} expects."
