@@ -60,6 +60,13 @@ def test_every_keeps_the_last_recorded_position_as_the_final_state():
     assert column(demonstrate(squares(), every=2, velocity="forward").states) == [0, 4, 16]
 
 
+def test_every_counts_from_the_start_of_each_trajectory():
+    recording = Recording(np.arange(10.0)[:, None], np.r_[0:5, 0:5.0], np.array([0, 5, 10]), ("x",))
+    demos = demonstrate(recording, every=2)
+    assert column(demos.states) == [0, 2, 4, 5, 7, 9]
+    assert demos.offset.tolist() == [0, 3, 6]
+
+
 @settings(deadline=None)
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3), st.integers(1, 3))
 def test_savgol_gives_the_slope_of_a_parabola_exactly(a, b, c, half):

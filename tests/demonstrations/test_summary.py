@@ -73,6 +73,12 @@ def test_demonstrations_discrete_worlds_and_pairs_without_times_are_summarised()
     assert len(summary.lines()) > 4
 
 
+def test_thinned_demonstrations_are_not_said_to_have_gaps():
+    x, times = smooth()
+    resting = np.where(np.arange(200) < 150, x, x[149])
+    assert "clock jumps" not in " ".join(summarise(demonstrate(walk(resting, times), thin=1.5)).warnings)
+
+
 def test_lines_tell_everything_once():
     recording = walk(
         [0, 1, 3, 3, 10, 11.0], [0, 1, 2, 3, 0, 0.5], [0, 4, 6], source=Source("w", notes={"rows dropped": 7})

@@ -25,6 +25,7 @@ OUTLIER = 20.0
 """So many times the 95 % quantile may the highest speed be."""
 COARSE = 10.0
 """A median step of fewer than so many smallest differences is quantised."""
+THINNED = "pairs dropped by thinning"
 
 
 @dataclass(frozen=True)
@@ -163,10 +164,11 @@ def _warnings(data: Recording | Demonstrations, numbers: dict[str, Any], table: 
         yield f"{count} of {data.n_trajectories} trajectories have fewer than {SHORT} samples"
     if numbers["dimension"] == 0:
         return
-    if numbers["gaps"]:
+    thinned = THINNED in data.source.notes  # then its gaps are of our own making
+    if numbers["gaps"] and not thinned:
         longest = f"the longest takes {numbers['longest_gap']:.4g} {data.time_unit}"
         yield f"clock jumps: {numbers['gaps']} steps take over {GAP:g} times the usual ({longest}); max_gap= cuts there"
-    if numbers["rate_spread"] and not numbers["rate_spread"][1] <= UNEVEN * numbers["rate_spread"][0]:
+    if numbers["rate_spread"] and not thinned and not numbers["rate_spread"][1] <= UNEVEN * numbers["rate_spread"][0]:
         yield "the sampling is uneven; rate= resamples it"
     if data.time_unit == "sample":
         yield "there is no clock: velocities are per sample"

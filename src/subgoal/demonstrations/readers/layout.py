@@ -13,6 +13,7 @@ from subgoal.runtime.errors import InputError, ReadError
 SEPARATORS = ("\t", ";", ",", "|", " ")
 """In order of preference; a blank stands for any run of white space."""
 BYTE_ORDER_MARKS = {b"\xef\xbb\xbf": "utf-8-sig", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
+LINE_END = re.compile(r"\r\n|\n|\r")
 NUMBER = re.compile(r"\s*[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?\s*|\s*[+-]?(nan|inf|infinity)\s*", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 DECIMAL_POINT = re.compile(r"\s*[+-]?\d*\.\d+([eE][+-]?\d+)?\s*")
@@ -46,7 +47,7 @@ def find_layout(path: Path, separator: str | None = None, decimal: str | None = 
     if decimal not in (None, ".", ","):
         raise InputError("decimal", found=repr(decimal), wanted="'.' or ','")
     encoding, latin = find_encoding(path)
-    lines = head(path).decode(encoding, errors="ignore").splitlines()
+    lines = LINE_END.split(head(path).decode(encoding, errors="ignore"))
     skip = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), None)
     if skip is None:
         raise ReadError(str(path), found="no line that is not empty or a comment", wanted="a table")
