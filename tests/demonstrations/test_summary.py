@@ -75,7 +75,8 @@ def test_demonstrations_discrete_worlds_and_pairs_without_times_are_summarised()
 
 def test_thinned_demonstrations_are_not_said_to_have_gaps():
     x, times = smooth()
-    resting = np.where(np.arange(200) < 150, x, x[149])
+    resting = np.where(np.arange(200) < 100, x, x[99] + np.maximum(np.arange(200) - 150, 0))
+    assert summarise(demonstrate(walk(resting, times), thin=1.5)).gaps == 1
     assert "clock jumps" not in " ".join(summarise(demonstrate(walk(resting, times), thin=1.5)).warnings)
 
 
