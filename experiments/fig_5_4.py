@@ -150,7 +150,7 @@ def _draw_pairs(axis: Any, posterior: Posterior, labels: Ints, found: Subgoals) 
         axis.scatter(*item.position, s=60 + 1500 * item.share, color="#d62728", edgecolor="white", zorder=3)
         axis.annotate(f"{item.share:.0%}", item.position, xytext=(8, 4), textcoords="offset points", fontsize=8.5)
     axis.set_title(
-        f"{posterior.n_observations} state-action pairs, {len(found)} subgoals with 1 % of them ({found.n_subgoals} with 5 %)"
+        f"{posterior.n_observations} pairs, {len(found)} subgoals with 1 % of them ({found.n_subgoals} with 5 %)"
     )
 
 

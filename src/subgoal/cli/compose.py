@@ -1,0 +1,78 @@
+"""Words of the command line turned into the library's functions and records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from subgoal.candidates import Candidates, epsilon_net, read_candidates
+from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.action_comparison import action_comparison
+from subgoal.likelihood.controllers import proportional
+from subgoal.likelihood.table import LogLikelihood
+from subgoal.partition.protocol import Sampler
+from subgoal.runtime.errors import InputError
+
+
+def candidate_places(
+    demonstrations: Demonstrations,
+    metric: Metric,
+    *,
+    file: Path | None = None,
+    epsilon: float | None = None,
+    grid: float | None = None,
+) -> Candidates:
+    """Places from a file, a grid over the visited range, or an ε-net (the default)."""
+    asked = [
+        name for name, value in (("--candidates", file), ("--epsilon", epsilon), ("--grid", grid)) if value is not None
+    ]
+    if len(asked) > 1:
+        raise InputError("candidate places", found=" and ".join(asked), wanted="one of them")
+    if file is not None:
+        return read_candidates(file, demonstrations.names, metric=metric)
+    if grid is not None:
+        everywhere = np.vstack([demonstrations.states, demonstrations.final_states])
+        return Candidates.grid(everywhere.min(axis=0), everywhere.max(axis=0), grid, metric=metric)
+    return epsilon_net(demonstrations, epsilon, metric=metric)
+
+
+def likelihood_table(
+    demonstrations: Demonstrations,
+    candidates: Candidates,
+    *,
+    confidence: float,
+    controller: str,
+    gain: float,
+    speed_limit: float | None,
+) -> LogLikelihood:
+    """Action comparison with the controller of that name."""
+    if controller == "direction":
+        return action_comparison(demonstrations, candidates, confidence=confidence)
+    if controller != "proportional":
+        raise InputError("--controller", found=repr(controller), wanted="'direction' or 'proportional'")
+    if speed_limit is None:
+        speed = np.linalg.norm(demonstrations.actions * candidates.metric.weights, axis=1)
+        speed_limit = float(np.median(speed[speed > 0])) if (speed > 0).any() else 1.0
+    law = proportional(gain, speed_limit, candidates.metric)
+    return action_comparison(demonstrations, candidates, confidence=confidence, controller=law)
+
+
+def named_sampler(name: str) -> Sampler:
+    """The function of ``subgoal.samplers`` with that name."""
+    from subgoal import samplers
+
+    if name not in samplers.__all__:
+        raise InputError("--sampler", found=repr(name), wanted=", ".join(samplers.__all__))
+    sampler: Sampler = getattr(samplers, name)
+    return sampler
+
+
+def output_folder(path: Path) -> Path:
+    """The folder, made if it is not there."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise InputError("--out", found=str(problem), wanted="a folder that can be written") from None
+    return path

@@ -1,0 +1,54 @@
+"""``subgoal inspect``: what a recording looks like before anything is learnt from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from subgoal.cli import options as o
+
+
+def inspect(
+    file: o.File,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for the picture.")] = None,
+    quiet: o.Quiet = False,
+    format: o.Format = None,
+    position: o.Position = None,
+    time: o.Time = None,
+    trajectory: o.Trajectory = None,
+    scale: o.Scale = None,
+    units: o.Units = None,
+    clock: o.Clock = None,
+    likelihood: o.Likelihood = None,
+    min_likelihood: o.MinLikelihood = None,
+    bodypart: o.Bodypart = None,
+    rate: o.Rate = None,
+    max_gap: o.MaxGap = None,
+) -> None:
+    """Show counts, rates, gaps and ranges of a recording, with a picture if --out is given.
+
+    Example:
+
+      subgoal inspect tracks.csv --position x,y --time t --trajectory id --out out/
+    """
+    from subgoal.cli.compose import output_folder
+    from subgoal.demonstrations.read import look
+    from subgoal.demonstrations.summary import summarise
+
+    reading = o.given(
+        format=format, position=o.words(position), time=time, trajectory=trajectory, scale=scale, units=units,
+        clock=clock, likelihood=likelihood, min_likelihood=min_likelihood, bodypart=bodypart, rate=rate,
+        max_gap=max_gap,
+    )  # fmt: skip
+    record = look(file, **reading)
+    if not quiet:
+        print("\n".join(summarise(record).lines()))
+    if out is not None:
+        from subgoal.plots.recording import plot_recording
+        from subgoal.plots.files import save_figure
+
+        save_figure(plot_recording(record), output_folder(out), "recording")
+        if not quiet:
+            print(f"Look at {out / 'recording.png'}")

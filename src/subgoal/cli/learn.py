@@ -1,0 +1,141 @@
+"""``subgoal learn``: from a recording to subgoals, segments, pictures and a report."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from subgoal.cli import options as o
+
+PLACES = "Candidate places"
+MODEL = "Model"
+RUN = "Run"
+
+
+def learn(
+    file: o.File,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("out"),
+    confidence: Annotated[
+        float, typer.Option("--confidence", "-a", help="α: nats per unit of direction.", rich_help_panel=MODEL)
+    ] = 3.0,
+    concentration: Annotated[
+        float, typer.Option("--concentration", "-e", help="η: larger expects more subgoals.", rich_help_panel=MODEL)
+    ] = 1.0,
+    controller: Annotated[
+        str, typer.Option(help="direction (straight to the goal) or proportional.", rich_help_panel=MODEL)
+    ] = "direction",
+    gain: Annotated[float, typer.Option(help="Of the proportional controller, 1/time.", rich_help_panel=MODEL)] = 1.0,
+    speed_limit: Annotated[
+        float | None, typer.Option(help="Of the proportional controller; default: median speed.", rich_help_panel=MODEL)
+    ] = None,
+    weights: Annotated[
+        str | None, typer.Option(help="Weight of each dimension, e.g. 1,1,0.3.", rich_help_panel=MODEL)
+    ] = None,
+    period: Annotated[
+        str | None, typer.Option(help="Period of each dimension, e.g. inf,inf,6.2832.", rich_help_panel=MODEL)
+    ] = None,
+    candidates: Annotated[
+        Path | None, typer.Option(help="CSV of places with position columns, name, prior.", rich_help_panel=PLACES)
+    ] = None,
+    epsilon: Annotated[
+        float | None, typer.Option(help="Radius of the ε-net; default 3 % of the extent.", rich_help_panel=PLACES)
+    ] = None,
+    grid: Annotated[float | None, typer.Option(help="Regular grid of this spacing.", rich_help_panel=PLACES)] = None,
+    merge_radius: Annotated[
+        float | None, typer.Option(help="Places within it are one subgoal; default 5ε.", rich_help_panel=PLACES)
+    ] = None,
+    sampler: Annotated[
+        str, typer.Option(help="A sampler of subgoal.samplers.", rich_help_panel=RUN)
+    ] = "collapsed_blocks",
+    chains: Annotated[int, typer.Option(rich_help_panel=RUN)] = 4,
+    draws: Annotated[int, typer.Option(help="Kept draws per chain.", rich_help_panel=RUN)] = 1000,
+    warmup: Annotated[int, typer.Option(help="Sweeps before the first draw.", rich_help_panel=RUN)] = 1000,
+    thin: Annotated[int, typer.Option(help="Sweeps per kept draw.", rich_help_panel=RUN)] = 10,
+    seed: Annotated[int, typer.Option("--seed", "-s", rich_help_panel=RUN)] = 0,
+    workers: Annotated[int | None, typer.Option(help="Chains at once.", rich_help_panel=RUN)] = None,
+    resume: Annotated[bool, typer.Option(help="Go on from the checkpoint in --out.", rich_help_panel=RUN)] = False,
+    y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
+    quiet: o.Quiet = False,
+    format: o.Format = None,
+    position: o.Position = None,
+    action: o.Action = None,
+    time: o.Time = None,
+    trajectory: o.Trajectory = None,
+    scale: o.Scale = None,
+    units: o.Units = None,
+    clock: o.Clock = None,
+    likelihood: o.Likelihood = None,
+    min_likelihood: o.MinLikelihood = None,
+    bodypart: o.Bodypart = None,
+    start_within: o.StartWithin = None,
+    rate: o.Rate = None,
+    every: o.Every = 1,
+    velocity: o.Velocity = "central",
+    window: o.Window = None,
+    max_gap: o.MaxGap = None,
+) -> None:
+    """Learn subgoals from a recording; write tables, pictures and report.html to a folder.
+
+    Examples:
+
+      subgoal learn tracks.csv --position x,y --time t --trajectory id --out out/
+
+      subgoal learn stroke.mat --every 20 --out out/
+
+      subgoal learn poses.txt --rate 20 --out out/
+
+      subgoal learn tracks.txt --start-within 480:inf,-inf:140 --every 9 --window 5 -a 10 --y-down
+    """
+    reading = o.given(
+        format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
+        scale=scale, units=units, clock=clock, likelihood=likelihood, min_likelihood=min_likelihood,
+        bodypart=bodypart, start_within=o.box(start_within), rate=rate, every=every, velocity=velocity,
+        window=window, max_gap=max_gap,
+    )  # fmt: skip
+    places = o.given(file=candidates, epsilon=epsilon, grid=grid)
+    table = {"confidence": confidence, "controller": controller, "gain": gain, "speed_limit": speed_limit}
+    metric = {"weights": o.numbers("--weights", weights), "period": o.numbers("--period", period)}
+    run = {
+        "concentration": concentration, "sampler": sampler, "chains": chains, "draws": draws, "warmup": warmup,
+        "thin": thin, "seed": seed, "workers": workers, "resume": resume,
+    }  # fmt: skip
+    learn_file(file, out, reading, places, metric, table, run, merge_radius=merge_radius, y_down=y_down, quiet=quiet)
+
+
+def learn_file(
+    file: Path,
+    out: Path,
+    reading: dict[str, Any],
+    places: dict[str, Any],
+    metric: dict[str, Any],
+    table: dict[str, Any],
+    run: dict[str, Any],
+    *,
+    merge_radius: float | None,
+    y_down: bool,
+    quiet: bool,
+) -> None:
+    """The pipeline behind ``learn`` and ``demo``: read, tabulate, sample, write, print."""
+    from subgoal.cli.compose import candidate_places, likelihood_table, named_sampler, output_folder
+    from subgoal.cli.table import print_results
+    from subgoal.demonstrations.metric import Metric
+    from subgoal.demonstrations.read import read
+    from subgoal.posterior.sample import ConvergenceWarning, sample
+    from subgoal.report.results import write_results
+    from subgoal.runtime.progress import progress_display
+
+    demonstrations = read(file, **reading)
+    plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
+    chosen = candidate_places(demonstrations, plan, **places)
+    likelihood = likelihood_table(demonstrations, chosen, **table)
+    folder = output_folder(out)
+    settings = run | {"sampler": named_sampler(run["sampler"]), "checkpoint": folder / ".checkpoint.npz"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        posterior = sample(likelihood, progress=progress_display("sampling", quiet=quiet), **settings)
+    results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)
+    if not quiet:
+        print_results(posterior, results, folder)

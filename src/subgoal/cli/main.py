@@ -1,0 +1,59 @@
+"""The command ``subgoal``: learn, inspect, report, demo."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from subgoal.cli.demo import demo
+from subgoal.cli.inspect import inspect
+from subgoal.cli.learn import learn
+from subgoal.cli.report import report
+from subgoal.runtime.errors import InputError, SubgoalError
+from subgoal.runtime.version import VERSION
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+app = typer.Typer(
+    name="subgoal",
+    help="Find the goals behind recorded movement, which part serves which, and how sure that is.",
+    epilog="Start with: subgoal inspect FILE, then subgoal learn FILE --out out/",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"subgoal {VERSION}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Show the version."),
+) -> None:
+    """Find the goals behind recorded movement, which part serves which, and how sure that is."""
+
+
+for command in (learn, inspect, report, demo):
+    app.command(no_args_is_help=command is not demo)(command)
+
+
+def main() -> None:
+    """Run the command; a clear message and exit code 2 for bad input, 130 when stopped before there was a result."""
+    try:
+        app()
+    except InputError as problem:
+        print(f"subgoal: {problem}", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    except (SubgoalError, OSError) as problem:
+        print(f"subgoal: {problem}", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    except KeyboardInterrupt:
+        print("subgoal: stopped", file=sys.stderr)
+        sys.exit(INTERRUPTED)

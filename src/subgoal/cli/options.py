@@ -1,0 +1,83 @@
+"""Options that several commands share, and the words on the command line turned into values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from subgoal.runtime.errors import InputError
+
+READING = "Reading the file"
+File = Annotated[Path, typer.Argument(help="Recording: CSV, Parquet, NPZ, tracker or trajectory file.")]
+Format = Annotated[
+    str | None, typer.Option(help="File format, if it is not found out by itself.", rich_help_panel=READING)
+]
+Position = Annotated[
+    str | None, typer.Option("--position", "-p", help="Position columns, e.g. x,y.", rich_help_panel=READING)
+]
+Action = Annotated[
+    str | None, typer.Option(help="Recorded action columns, e.g. vx,vy (else velocities).", rich_help_panel=READING)
+]
+Time = Annotated[str | None, typer.Option("--time", "-t", help="Time column.", rich_help_panel=READING)]
+Trajectory = Annotated[
+    str | None,
+    typer.Option("--trajectory", "-i", help="Column that tells trajectories apart.", rich_help_panel=READING),
+]
+Scale = Annotated[
+    float | None, typer.Option(help="Multiply positions, e.g. metres per pixel.", rich_help_panel=READING)
+]
+Units = Annotated[str | None, typer.Option(help="Unit of the positions after scaling.", rich_help_panel=READING)]
+Clock = Annotated[
+    str | None, typer.Option(help="When times go back: refuse, sort, split or drop.", rich_help_panel=READING)
+]
+Likelihood = Annotated[str | None, typer.Option(help="Column with the tracker's confidence.", rich_help_panel=READING)]
+MinLikelihood = Annotated[
+    float | None, typer.Option(help="Drop samples the tracker trusts less.", rich_help_panel=READING)
+]
+Bodypart = Annotated[str | None, typer.Option(help="Body part (DeepLabCut) or node (SLEAP).", rich_help_panel=READING)]
+StartWithin = Annotated[
+    str | None,
+    typer.Option(help="Only trajectories starting in a box, e.g. 480:inf,-inf:140.", rich_help_panel=READING),
+]
+Rate = Annotated[
+    float | None,
+    typer.Option(help="Resample to this rate (per time unit); frame rate of frames.", rich_help_panel=READING),
+]
+Every = Annotated[int, typer.Option(help="Keep every k-th sample.", rich_help_panel=READING)]
+Velocity = Annotated[str, typer.Option(help="central, forward or savgol.", rich_help_panel=READING)]
+Window = Annotated[int | None, typer.Option(help="Samples a velocity spans.", rich_help_panel=READING)]
+MaxGap = Annotated[float | None, typer.Option(help="Split trajectories at longer gaps.", rich_help_panel=READING)]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+
+
+def words(text: str | None) -> list[str] | None:
+    """ "x, y" as ["x", "y"]."""
+    return None if text is None else [word.strip() for word in text.split(",") if word.strip()]
+
+
+def numbers(what: str, text: str | None) -> list[float] | None:
+    """ "1, 2.5" as [1.0, 2.5]."""
+    try:
+        return None if text is None else [float(word) for word in words(text) or []]
+    except ValueError:
+        raise InputError(what, found=repr(text), wanted="numbers with commas between them, e.g. 1,0.5") from None
+
+
+def box(text: str | None) -> list[tuple[float, float]] | None:
+    """ "480:inf,-inf:140" as [(480, inf), (-inf, 140)]."""
+    if text is None:
+        return None
+    try:
+        pairs = [word.split(":") for word in words(text) or []]
+        return [(float(low), float(high)) for low, high in pairs]
+    except ValueError:
+        raise InputError(
+            "--start-within", found=repr(text), wanted="low:high for each column, e.g. 480:inf,-inf:140"
+        ) from None
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """The options that are not None."""
+    return {name: value for name, value in options.items() if value is not None}

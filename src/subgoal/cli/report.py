@@ -1,0 +1,32 @@
+"""``subgoal report``: tables, pictures and page made again from a saved posterior."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from subgoal.cli import options as o
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="Folder that subgoal learn wrote (with posterior.npz in it).")],
+    merge_radius: Annotated[float | None, typer.Option(help="Places within it are one subgoal; default 5ε.")] = None,
+    y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
+    quiet: o.Quiet = False,
+) -> None:
+    """Make the tables, pictures and report.html of a folder again, for example with another merge radius.
+
+    Example:
+
+      subgoal report out/ --merge-radius 0.5
+    """
+    from subgoal.cli.table import print_results
+    from subgoal.posterior.archive import load
+    from subgoal.report.results import write_results
+
+    posterior = load(folder / "posterior.npz")
+    results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)
+    if not quiet:
+        print_results(posterior, results, folder)

@@ -1,0 +1,41 @@
+"""What ``learn`` prints: a short table of subgoals and where the files are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from subgoal.posterior.diagnostics import Status
+from subgoal.posterior.posterior import Posterior
+from subgoal.report.results import Results
+
+
+def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
+    """Headline, subgoals, status, files; plain text when not on a terminal."""
+    console = Console(highlight=False)
+    demos, found = posterior.demonstrations, results.found
+    table = Table(box=None, pad_edge=False)
+    table.add_column("", justify="right")
+    table.add_column("subgoal")
+    for name in demos.names:
+        table.add_column(escape(f"{name} ({demos.units})" if demos.units else name), justify="right")
+    for heading in ("share", "90 % interval", "P(≥ 1 %)", "radius"):
+        table.add_column(heading, justify="right")
+    for item in found:
+        low, high = item.share_interval
+        table.add_row(
+            str(item.label), escape(item.name), *(f"{value:.4g}" for value in item.position), f"{item.share:.1%}",
+            f"{low:.1%} to {high:.1%}", f"{item.inclusion:.2f}", f"{item.radius:.3g}",
+        )  # fmt: skip
+    console.print(
+        f"{found.n_subgoals} subgoals hold at least 5 % of {demos.n_observations} observations "
+        f"in {demos.n_trajectories} trajectories ({len(results.cut)} segments)",
+        markup=False,
+    )
+    console.print(table)
+    colour = "green" if posterior.status is Status.CONVERGED else "red"
+    console.print(posterior.status.value, style=colour, markup=False)
+    console.print(f"Look at {folder / 'report.html'}", markup=False)

@@ -1,0 +1,138 @@
+"""The folder of results: tables, summary, saved posterior, figures and report, all or nothing."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from subgoal.answers.residuals import residuals
+from subgoal.answers.segments import OTHER, Segments, segments
+from subgoal.answers.subgoals import Subgoals, subgoals
+from subgoal.posterior.archive import save
+from subgoal.posterior.diagnostics import Status
+from subgoal.posterior.posterior import Posterior
+from subgoal.report.page import report
+from subgoal.runtime.errors import InputError
+
+
+@dataclass(frozen=True)
+class Results:
+    """What was written: the folder, and the answers in it."""
+
+    folder: Path
+    found: Subgoals
+    cut: Segments
+
+
+def write_results(
+    posterior: Posterior, folder: str | Path, *, merge_radius: float | None = None, y_down: bool = False
+) -> Results:
+    """Write ``subgoals.csv``, ``segments.csv``, ``summary.json``, ``posterior.npz``, figures and ``report.html``.
+
+    Everything is written to a folder beside the results and moved in at the end, so that a run that fails leaves the
+    old results whole. Raises ``InputError`` when the folder cannot be written.
+    """
+    folder = Path(folder)
+    found = subgoals(posterior, merge_radius=merge_radius)
+    cut = segments(posterior, found)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        aside = Path(tempfile.mkdtemp(prefix=".writing-", dir=folder))
+    except OSError as problem:
+        raise InputError("results folder", found=str(problem), wanted="a folder that can be written") from None
+    try:
+        _write_tables(posterior, found, cut, aside)
+        _draw(posterior, found, cut, aside, y_down)
+        save(posterior, aside / "posterior.npz")
+        report(posterior, aside / "report.html", found=found, cut=cut, y_down=y_down)
+        for path in sorted(aside.iterdir()):
+            path.replace(folder / path.name)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+    return Results(folder, found, cut)
+
+
+def _write_tables(posterior: Posterior, found: Subgoals, cut: Segments, folder: Path) -> None:
+    names = posterior.demonstrations.names
+    heads = (
+        "subgoal", "name", *names, "share", "expected_observations", "share_low", "share_high", "inclusion",
+        "prominence", "radius", "members",
+    )  # fmt: skip
+    _write_csv(folder / "subgoals.csv", heads, ([
+        goal.label, goal.name, *goal.position, goal.share, goal.expected_observations, *goal.share_interval,
+        goal.inclusion, goal.prominence, goal.radius, goal.members.size,
+    ] for goal in found))  # fmt: skip
+    heads = ("trajectory", "subgoal", "name", "start", "stop", "begin", "end", "probability")
+    _write_csv(folder / "segments.csv", heads, ([
+        posterior.demonstrations.trajectory_names[s.trajectory], "" if s.subgoal == OTHER else s.subgoal + 1,
+        "other" if s.subgoal == OTHER else found.listed[s.subgoal].name, s.start, s.stop, s.begin, s.end, s.probability,
+    ] for s in cut))  # fmt: skip
+    text = json.dumps(summary(posterior, found, cut), indent=1, allow_nan=False)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+
+
+def summary(posterior: Posterior, found: Subgoals, cut: Segments) -> dict[str, Any]:
+    """The numbers of ``summary.json``."""
+    demos = posterior.demonstrations
+    return {
+        "n_subgoals": found.n_subgoals,
+        "n_subgoals_distribution": found.n_subgoals_distribution,
+        "subgoals": [
+            {"label": g.label, "name": g.name, "position": g.position.tolist(), "share": g.share, "radius": g.radius,
+             "inclusion": g.inclusion}
+            for g in found
+        ],
+        "n_segments": len(cut),
+        "merge_radius": found.merge_radius,
+        "status": posterior.status.name,
+        "converged": posterior.status is Status.CONVERGED,
+        "status_text": posterior.status.value,
+        "diagnostics": {name: _finite(asdict(each)) for name, each in posterior.diagnostics.items()},
+        "observations": demos.n_observations,
+        "trajectories": demos.n_trajectories,
+        "uninformative_observations": int(posterior.uninformative.sum()),
+        "candidates": posterior.candidates.n_candidates,
+        "candidate_radius": posterior.candidates.radius,
+        "units": demos.units,
+        "time_unit": demos.time_unit,
+        "source": asdict(demos.source),
+        "settings": asdict(posterior.settings),
+        "sampling_seconds": posterior.seconds,
+    }  # fmt: skip
+
+
+def _finite(numbers: dict[str, float]) -> dict[str, float | None]:
+    return {name: value if abs(value) < float("inf") else None for name, value in numbers.items()}
+
+
+def _write_csv(path: Path, heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(heads)
+        writer.writerows([f"{cell:.10g}" if isinstance(cell, float) else cell for cell in row] for row in rows)
+
+
+def _draw(posterior: Posterior, found: Subgoals, cut: Segments, folder: Path, y_down: bool) -> None:
+    from subgoal.plots.counts import plot_count_posterior, plot_subgoal_count
+    from subgoal.plots.files import save_figure
+    from subgoal.plots.fit import plot_residuals
+    from subgoal.plots.strips import plot_segments
+    from subgoal.plots.trajectories import plot_trajectories
+
+    figures = {
+        "trajectories": plot_trajectories(posterior, found, cut, y_down=y_down),
+        "segments": plot_segments(posterior, found, cut),
+        "subgoal_count": plot_subgoal_count(posterior),
+        "count_posterior": plot_count_posterior(found),
+    }
+    fit = residuals(posterior)
+    if fit is not None:
+        figures["residuals"] = plot_residuals(posterior, fit)
+    for name, figure in figures.items():
+        save_figure(figure, folder, name)
