@@ -99,16 +99,16 @@ def sample(
     _refuse_above_budget(likelihood, settings, memory_budget)
     begin = time.monotonic()
     likelihood.log_marginal  # noqa: B018  (an impossible observation is refused before anything runs)
-    keep_whole = 4.0 * chains * draws * likelihood.n_observations <= memory_budget / 4
+    keep_whole = 4.0 * settings.chains * settings.draws * likelihood.n_observations <= memory_budget / 4
     shape = likelihood.n_observations, likelihood.n_candidates
-    records = [ChainRecord(*shape, stream(seed, k), keep_whole) for k in range(chains)]
+    records = [ChainRecord(*shape, stream(seed, k), keep_whole) for k in range(settings.chains)]
     keeper = Checkpoint(Path(checkpoint), settings) if checkpoint is not None else None
     if resume:
         _resume(keeper, records)
     run = _Run(likelihood, sampler, settings, worker_count(workers), backend)
     with Interrupt() as interrupt, progress or Silent() as display:
         while run.advance(records) and not interrupt.requested:
-            display.update(run.done(records), settings.sweeps * chains)
+            display.update(run.done(records), settings.sweeps * settings.chains)
             if keeper is not None:
                 keeper.write_if_due(records)
     posterior = _assemble(likelihood, settings, records, time.monotonic() - begin)

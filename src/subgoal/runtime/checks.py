@@ -63,7 +63,7 @@ def whole(what: str, value: Any, *, least: int = 1) -> int:
     wanted = f"a whole number of at least {least}"
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise InputError(what, found=repr(value), wanted=wanted)
-    if not value >= least or value != int(value):
+    if not value >= least or not np.isfinite(value) or value != int(value):
         raise InputError(what, found=value, wanted=wanted)
     return int(value)
 
