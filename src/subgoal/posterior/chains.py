@@ -86,6 +86,7 @@ class ChainRecord:
         self.state = {name[6:]: value for name, value in held.items() if name.startswith("state_")} or None
         self._draws = [held["draws"].astype(np.int32)]
         self._sizes = held["sizes"].tolist()
+        self.whole = self.whole and len(self._draws[0]) == len(self._sizes)
         self._candidates, self._counts = [held["candidates"]], [held["counts"]]
         self.tally = sparse.csr_array(
             (held["tally_data"], held["tally_indices"], held["tally_indptr"]), shape=self.shape

@@ -111,9 +111,12 @@ def sample(
             display.update(run.done(records), settings.sweeps * settings.chains)
             if keeper is not None:
                 keeper.write_if_due(records)
+    complete = records[0].sweeps == settings.sweeps
+    if keeper is not None and not complete:
+        keeper.write(records)
     posterior = _assemble(likelihood, settings, records, time.monotonic() - begin)
-    if keeper is not None:
-        keeper.write(records) if posterior.status is Status.INTERRUPTED else keeper.remove()
+    if keeper is not None and complete:
+        keeper.remove()
     if posterior.status is not Status.CONVERGED:
         warnings.warn(posterior.status.value, ConvergenceWarning, stacklevel=2)
     return posterior
