@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from subgoal.likelihood.table import LogLikelihood
+from subgoal.likelihood.table import FixedTable, LogLikelihood
 from subgoal.partition.collapsed_blocks import collapsed_blocks
 from subgoal.partition.crp import expected_clusters
 from subgoal.partition.protocol import Chain, Sampler, Stretch
@@ -31,6 +31,7 @@ from subgoal.storage.archive import digest_arrays
 MEMORY_BUDGET = 2**31
 ROUND_SECONDS = {"threading": 0.4}
 OTHER_ROUND_SECONDS = 4.0
+PROBED_ROWS = 16
 
 
 class ConvergenceWarning(UserWarning):
@@ -167,12 +168,17 @@ def _advance_chain(sampler: Sampler, chain: Chain, keep: Bools) -> tuple[Stretch
 
 
 def _checksum(likelihood: LogLikelihood) -> str:
-    """One checksum of what the table is made from."""
-    demos, candidates = likelihood.demonstrations, likelihood.candidates
-    probe = likelihood.rows(0, 1)
+    """One checksum of what the table is made from: given numbers in full, a computed table by some of its rows."""
+    demos, candidates, source = likelihood.demonstrations, likelihood.candidates, likelihood.source
+    if isinstance(source, FixedTable):
+        probe = source.values
+    else:
+        rows = np.unique(np.linspace(0, likelihood.n_observations - 1, PROBED_ROWS).astype(int))
+        probe = np.concatenate([likelihood.rows(i, i + 1) for i in rows])
     return digest_arrays(
-        demos.states, demos.actions, demos.offset, candidates.points, candidates.log_prior, candidates.radius, probe
-    )
+        demos.states, demos.actions, demos.offset, candidates.points, candidates.log_prior, candidates.radius,
+        candidates.metric.weights, candidates.metric.period, probe,
+    )  # fmt: skip
 
 
 def _refuse_above_budget(likelihood: LogLikelihood, settings: Settings, budget: float) -> None:
