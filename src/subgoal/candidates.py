@@ -18,6 +18,9 @@ from subgoal.runtime.errors import BudgetError, InputError, ReadError
 
 DEFAULT_NET = 0.03
 MOST_GRID_POINTS = 1_000_000
+SEPARATORS = (",", ";", "\t", "|")
+ROUNDING = 1e-12
+"""A prior that sums to one within this is left alone, so that normalising twice is normalising once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,9 +138,14 @@ def read_candidates(path: str | Path, position: Sequence[str], *, metric: Metric
     import pandas as pd
 
     try:
-        table = pd.read_csv(path, sep=None, engine="python", encoding="utf-8-sig")
-    except (OSError, ValueError, pd.errors.ParserError, pd.errors.EmptyDataError) as problem:
+        with Path(path).open(encoding="utf-8-sig") as stream:
+            separator = max(SEPARATORS, key=stream.readline().count)
+        table = pd.read_csv(path, sep=separator, encoding="utf-8-sig")
+    except (OSError, ValueError) as problem:
         raise ReadError("candidates file", found=str(problem), wanted="a readable CSV table", where=str(path)) from None
+    if not isinstance(table.index, pd.RangeIndex):
+        raise ReadError("candidates file", where=str(path), found="rows longer than the header",
+                        wanted="as many fields as columns")  # fmt: skip
     missing = [name for name in position if name not in table.columns]
     if missing:
         raise ReadError(
@@ -168,4 +176,5 @@ def _normalised(log_prior: Any, count: int) -> Floats:
     values = real_array("log_prior", log_prior, ndim=1)
     if values.shape != (count,):
         raise InputError("log_prior", found=f"shape {values.shape}", wanted=f"({count},), one per point")
-    return np.asarray(frozen(values - logsumexp(values)))
+    total = logsumexp(values)
+    return np.asarray(frozen(values - total if abs(total) > ROUNDING else values))
