@@ -62,7 +62,7 @@ def load(path: str | Path) -> Posterior:
     header, arrays = read_archive(Path(path), KIND)
     try:
         return _posterior(header, arrays)
-    except (KeyError, TypeError, ValueError) as problem:
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as problem:
         raise StorageError("posterior file", where=str(path), found=f"a missing or wrong field ({problem})",
                            wanted="all fields of a posterior") from None  # fmt: skip
 

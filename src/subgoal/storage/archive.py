@@ -5,12 +5,15 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
 import os
 import secrets
+import struct
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +24,11 @@ FORMAT = 1
 LARGEST_ARCHIVE = 2**34
 LARGEST_RATIO = 1000
 Arrays = Mapping[str, NDArray[Any]]
+UNREADABLE = (
+    OSError, ValueError, KeyError, AttributeError, EOFError, RuntimeError, MemoryError, OverflowError, SyntaxError,
+    TypeError, struct.error, zlib.error, zipfile.BadZipFile,
+)  # fmt: skip
+"""What NumPy, zipfile and json raise on files that are torn, foreign or made to hurt."""
 
 
 def previous(path: Path) -> Path:
@@ -55,6 +63,7 @@ def read_archive(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, NDArr
     """
     try:
         check_zip(path)
+        _check_stored(path)
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         text = arrays.pop("header").tobytes().decode()
@@ -64,9 +73,11 @@ def read_archive(path: Path, kind: str) -> tuple[dict[str, Any], dict[str, NDArr
         raise
     except FileNotFoundError:
         raise StorageError(f"{kind} file", where=str(path), found="no such file", wanted="an existing file") from None
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError, NotImplementedError) as problem:
+    except UNREADABLE as problem:
         raise StorageError(f"{kind} file", where=str(path), found=f"a torn or foreign file ({problem})",
                            wanted="a whole file written by subgoal") from None  # fmt: skip
+    if not isinstance(header, dict):
+        header = {}
     if header.get("kind") != kind or header.get("format") != FORMAT:
         found = f"kind {header.get('kind')!r}, format {header.get('format')!r}"
         raise StorageError(f"{kind} file", where=str(path), found=found, wanted=f"kind {kind!r}, format {FORMAT}")
@@ -89,6 +100,26 @@ def check_zip(path: Path) -> None:
         if member.filename.startswith(("/", "\\")) or ".." in Path(member.filename).parts:
             raise StorageError("npz file", where=str(path), found=f"a member named {member.filename!r}",
                                wanted="plain names")  # fmt: skip
+
+
+def _check_stored(path: Path) -> None:
+    """Refuse what ``write_archive`` never writes: packed members, and arrays larger than the bytes that hold them."""
+    with zipfile.ZipFile(path) as archive:
+        for member in archive.infolist():
+            if member.compress_type != zipfile.ZIP_STORED or member.file_size > path.stat().st_size:
+                raise StorageError("npz file", where=str(path), found=f"a packed member {member.filename!r}",
+                                   wanted="members as write_archive stores them")  # fmt: skip
+            with archive.open(member) as stream:
+                shape, dtype = _array_header(stream)
+                if math.prod(shape) * dtype.itemsize > member.file_size:
+                    raise ValueError(f"{member.filename} is shorter than its shape {shape}")
+
+
+def _array_header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    version = np.lib.format.read_magic(stream)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(stream)
+    return shape, dtype
 
 
 def digest_arrays(*arrays: Any) -> str:
