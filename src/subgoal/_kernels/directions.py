@@ -60,7 +60,7 @@ def log_sum_row(row, log_prior):
     """log Σ_g p_g exp(row_g); −inf when all are impossible."""
     peak = -np.inf
     for g in range(row.size):
-        peak = max(peak, row[g])
+        peak = max(peak, row[g] + log_prior[g])
     if not np.isfinite(peak):
         return peak
     total = 0.0
