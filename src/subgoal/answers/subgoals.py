@@ -140,7 +140,7 @@ def subgoals(posterior: Posterior, *, merge_radius: float | None = None) -> Subg
 
 def _complete_linkage(posterior: Posterior, kept: Ints, merge_radius: float) -> Ints:
     """(kept,) cluster numbers from 0; no cluster is wider than ``merge_radius``."""
-    if kept.size == 1 or merge_radius == 0:
+    if kept.size <= 1 or merge_radius == 0:
         return np.arange(kept.size)
     points = posterior.candidates.points[kept]
     distance = posterior.candidates.metric.distance(points[:, None], points[None])
