@@ -72,7 +72,7 @@ def direction_distance_cdf(distance: Floats, confidence: float, dimension: int) 
     density = np.exp(-2 * confidence * np.sin(angle / 2)) * np.sin(angle) ** (dimension - 2)
     mass = cumulative_trapezoid(density, angle, initial=0)
     at = 2 * np.arcsin(np.clip(np.asarray(distance) / 2, 0, 1))
-    return np.interp(at, angle, mass / mass[-1])
+    return np.asarray(np.interp(at, angle, mass / mass[-1]))
 
 
 def action_distance_cdf(distance: Floats, confidence: float, dimension: int) -> Floats:
