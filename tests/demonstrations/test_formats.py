@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -114,6 +117,56 @@ def test_lasa_files_that_are_none_are_refused(tmp_path):
     savemat(path, {"demos": 1.0}, format="4")
     with pytest.raises(ReadError, match="another header"):
         read_recording(path)
+
+
+def element(kind, body):
+    """An element of a MATLAB file, padded to eight bytes."""
+    return struct.pack("<II", kind, len(body)) + body + bytes(-len(body) % 8)
+
+
+def matrix(kind, shape, *rest, name=b"demos"):
+    flags = element(6, struct.pack("<II", kind, 0))
+    return element(14, flags + element(5, struct.pack(f"<{len(shape)}i", *shape)) + element(1, name) + b"".join(rest))
+
+
+NUMBER = matrix(6, [1, 1], element(9, bytes(8)), name=b"")
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (b"\1\2\3", "inside a tag"),
+        (struct.pack("<II", 14, 10**9), "an element of 1000000000 bytes where 0 are left"),
+        (element(14, struct.pack("<HH", 6, 200) + bytes(4)), "a short element of 200 bytes"),
+        (element(14, element(99, b"")), "type 99 where numbers belong"),
+        (element(14, element(6, bytes(4))), "inside a tag"),
+        (matrix(1, [-1, 3]), "shape"),
+        (matrix(6, [2, 2], element(9, bytes(24))), r"3 numbers for shape \[2, 2\]"),
+        (matrix(1, [10**9, 10**9]), "parts in"),
+        (matrix(1, [1, 1], element(9, bytes(8))), "type 9 where a matrix belongs"),
+        (matrix(2, [1, 1], element(5, bytes(4)), element(1, b"abcd")), "field names"),
+        (element(15, zlib.compress(struct.pack("<II", 14, 100) + bytes(50))), "50 bytes unpacked"),
+        (element(15, zlib.compress(struct.pack("<II", 14, 2**31) + bytes(50))), "packed into"),
+        (element(15, b"noise"), "found error"),
+    ],
+)
+def test_torn_matlab_files_are_refused(tmp_path, body, message):
+    path = tmp_path / "a.mat"
+    path.write_bytes(b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + body)
+    with pytest.raises(ReadError, match=message):
+        read_variable(path, "demos")
+
+
+def test_matlab_cells_in_cells_end_somewhere(tmp_path):
+    body = NUMBER
+    for _ in range(30):
+        body = matrix(1, [1, 1], body)
+    path = tmp_path / "a.mat"
+    path.write_bytes(b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + body)
+    with pytest.raises(ReadError, match="more than 20 levels"):
+        read_variable(path, "demos")
+    path.write_bytes(b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + matrix(1, [1, 2], NUMBER, element(14, b"")))
+    assert [value.shape for value in read_variable(path, "demos")] == [(1, 1), (0, 0)]
 
 
 def same(ours, theirs):

@@ -61,14 +61,20 @@ def test_cutting_at_gaps_names_pieces_and_marks_them():
     assert split_at_gaps(two(), 2).offset.tolist() == [0, 4, 6]
 
 
+def test_the_time_between_trajectories_is_no_gap():
+    recording = Recording([[0.0], [1.0], [2.0], [3.0]], [0.0, 1, 100, 101], np.array([0, 2, 4]), ("x",))
+    assert split_at_gaps(recording, 5) is recording
+
+
 def test_trajectories_are_chosen_by_their_start():
     chosen = starting_in(two(actions=np.arange(6.0)[:, None]), [5, -np.inf], [np.inf, 3])
     assert chosen.trajectory_names == ("b",)
     assert chosen.positions.tolist() == [[10, 0], [20, 0]]
     assert chosen.actions.tolist() == [[4], [5]]
     assert chosen.source.notes == {"trajectories starting elsewhere dropped": 1}
-    with pytest.raises(InputError, match="no trajectory left"):
-        starting_in(two(), [1000, 0], [2000, 1])
+    for lower, upper in (([1000, 0], [2000, 1]), ([10, -1], [11, 1]), ([9, -1], [10, 1])):
+        with pytest.raises(InputError, match="no trajectory left"):
+            starting_in(two(), lower, upper)
     for bounds in ([0], [0, np.nan]):
         with pytest.raises(InputError, match="lower"):
             starting_in(two(), bounds, [1, 1])

@@ -56,7 +56,8 @@ def test_compiled_net_equals_its_python_form():
     rng = np.random.default_rng(3)
     points, metric = rng.random((200, 3)), Metric.of(3, [1, 2, 0.5], [np.inf, 0.7, np.inf])
     arguments = (points, np.arange(200), 5, 0.2, metric.weights, metric.period, *_hash_grid(points, 0.2, metric), 255)
-    assert greedy_net(*arguments).tolist() == greedy_net.py_func(*arguments).tolist()
+    python_form = getattr(greedy_net, "py_func", greedy_net)  # the same where compilation is off
+    assert greedy_net(*arguments).tolist() == python_form(*arguments).tolist()
 
 
 def test_first_points_stay_however_close_and_collapse_only_when_equal():

@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 
 from subgoal.demonstrations import read, read_recording
+from subgoal.demonstrations.readers import hdf5
+from subgoal.demonstrations.readers.hdf5_child import content
 from subgoal.runtime.errors import InputError, MissingExtraError, ReadError
 from tests.demonstrations.valid_files import deeplabcut_frame, write_sleap
 
@@ -101,6 +103,29 @@ def test_broken_tables_are_refused(tmp_path, old, new, message):
     path.write_text(deeplabcut_frame().to_csv().replace(old, new))
     with pytest.raises(ReadError, match=message):
         read_recording(path, bodypart="nose", format="deeplabcut")
+
+
+def test_the_process_that_reads_hdf5_finds_plain_arrays(tmp_path):
+    write_sleap(tmp_path / "s.h5")
+    with h5py.File(tmp_path / "s.h5", "a") as file:
+        del file["node_names"]
+        file["node_names"] = ["nose", "täil"]  # text of variable length, as some versions write it
+    found = dict(content(str(tmp_path / "s.h5")))
+    assert found["tracks"].shape == (2, 2, 2, 8)
+    assert found["node_names"].tolist() == ["nose", "täil"]
+    assert not any(array.dtype.hasobject for array in found.values())
+    assert read_recording(tmp_path / "s.h5", bodypart="täil").n_trajectories == 2
+    deeplabcut_frame().to_hdf(tmp_path / "d.h5", key="d", format="table", mode="w")
+    found = dict(content(str(tmp_path / "d.h5")))
+    assert found["fields"].tolist() == ["index", "values_block_0"]
+    assert found["index"].tolist() == list(range(8))
+
+
+def test_an_hdf5_file_that_stops_its_library_is_refused(tmp_path, monkeypatch):
+    write_sleap(tmp_path / "s.h5")
+    monkeypatch.setattr(hdf5, "CHILD", "subgoal.no_such_module")
+    with pytest.raises(ReadError, match=r"stopped the HDF5 library \(exit 1\)"):
+        read_recording(tmp_path / "s.h5", bodypart="nose")
 
 
 class Evil:

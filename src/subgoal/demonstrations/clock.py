@@ -45,7 +45,7 @@ def order_rows(
 
     Returns
     -------
-    Rows in their new order (K,), the piece of its trajectory that each belongs to (K,; 0 unless split), and the
+    Rows in their new order (K,), a number that changes where a trajectory is split (K,; all 0 unless it is), and the
     source with its counts.
     """
     check_clock(clock)
@@ -63,9 +63,7 @@ def order_rows(
         return rows[late], piece[late], source
     if clock == "split":
         source = source.noting(trajectories_split_where_the_clock_jumped_back=int(back.sum()))
-        starts = np.diff(group[rows], prepend=-1) != 0
-        total = np.cumsum(back)
-        return rows, total - np.maximum.accumulate(np.where(starts, total, 0)), source
+        return rows, np.cumsum(back), source
     source = source.noting(places_where_the_clock_jumped_back_sorted=int(back.sum()))
     rows, source = _without_repeats(rows[np.lexsort((times[rows], group[rows]))], times, group, source)
     return rows, np.zeros(len(rows), np.int64), source
