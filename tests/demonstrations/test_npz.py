@@ -107,14 +107,14 @@ class Evil:
 def test_archives_that_are_not_to_be_trusted_are_refused(tmp_path):
     path = tmp_path / "a.npz"
     good = npy(PLACES)
-    lying = good.replace(b"(5, 2)", b"(5e9,)").replace(b"(5e9,)", b"(9, 2)")
+    lying = good.replace(b"(5, 2)", b"(9, 2)")
     cases = [
         ([("positions.npy", pickle.dumps(Evil()))], "wanted arrays that are whole"),
         ([("positions.npy", npy(np.array([Evil()], dtype=object)))], "no objects"),
         ([("../positions.npy", good), ("positions.npy", good)], "a path"),
         ([("/positions.npy", good)], "a path"),
         ([("positions.npy", good), ("positions.npy", good)], "the name twice"),
-        ([("positions.npy", lying)], "bytes"),
+        ([("positions.npy", lying)], r"found shape \(9, 2\) of float64 in 208 bytes, wanted 272 bytes"),
         ([("positions.npy", good[:100])], "whole|bytes"),
         ([], "array 'positions'"),
     ]

@@ -11,6 +11,7 @@ from subgoal.demonstrations.readers import accepted as options_of
 from subgoal.demonstrations.recordings import starting_in
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.demonstrations.thinning import thin as thin_pairs
+from subgoal.runtime.errors import InputError
 
 
 def read(
@@ -44,7 +45,8 @@ def read(
 
     Returns
     -------
-    Demonstrations. A file of ready pairs is given back as it is, thinned if ``thin`` is given.
+    Demonstrations. A file of ready pairs is given back as it is, thinned if ``thin`` is given; the other options of
+    ``demonstrate`` are refused for it.
 
     Raises
     ------
@@ -55,15 +57,34 @@ def read(
     """
     chosen = format_of(path, format)
     if chosen in PAIRS:
+        unused = {"rate": rate, "window": window, "max_gap": max_gap, "start_within": start_within}
+        _refuse_unused(chosen, unused | {"every": every != 1 or None, "velocity": velocity != "central" or None})
         demos = PAIRS[chosen](path, **known_options(PAIRS[chosen], options))
         return demos if thin is None else thin_pairs(demos, thin)
     recording = _recording(path, chosen, {"rate": rate, "max_gap": max_gap}, options)
     if start_within is not None:
-        recording = starting_in(recording, [low for low, _ in start_within], [high for _, high in start_within])
+        recording = starting_in(recording, *_bounds(start_within))
     return demonstrate(
         recording,
         rate=rate, every=every, velocity=velocity, window=window, max_gap=max_gap, thin=thin,
     )  # fmt: skip
+
+
+def _refuse_unused(format: str, given: dict[str, Any]) -> None:
+    """Raise ``InputError`` if one of the options that make pairs from a recording is set for ready pairs."""
+    told = [name for name, value in given.items() if value is not None]
+    if told:
+        raise InputError("options", found=", ".join(told), wanted=f"none of them: {format!r} holds ready pairs")
+
+
+def _bounds(start_within: Any) -> tuple[list[Any], list[Any]]:
+    """Lower and upper bounds from (low, high) for each dimension."""
+    try:
+        lower, upper = zip(*[(low, high) for low, high in start_within], strict=True)
+    except (TypeError, ValueError):
+        wanted = "(low, high) for each dimension"
+        raise InputError("start_within", found=repr(start_within), wanted=wanted) from None
+    return list(lower), list(upper)
 
 
 def look(path: Any, *, format: str | None = None, **options: Any) -> Recording | Demonstrations:

@@ -62,8 +62,6 @@ def find_layout(path: Path, separator: str | None = None, decimal: str | None = 
         names = [name.strip() for name in comment] if told else [str(k) for k in range(len(names))]
     else:
         skip, rows = skip + 1, rows[1:]
-        if rows and len(rows[0]) == len(names) + 1 and not rows[0][-1].strip():
-            names.append("")  # every line ends in a separator
     return Layout(encoding, separator, decimal or _decimal(rows, separator), skip, tuple(names), headed, latin)
 
 

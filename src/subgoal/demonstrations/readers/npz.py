@@ -104,7 +104,7 @@ def _load(path: Path, archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
         }[version]
         shape, _, dtype = read_header(stream)
         begin = stream.tell()
-    if dtype.hasobject or dtype.kind not in "biuf":
+    if dtype.kind not in "biuf":
         raise ReadError(str(path), where=f"array {name!r}", found=f"type {dtype}", wanted="real numbers, no objects")
     size = dtype.itemsize
     for length in shape:
