@@ -141,10 +141,11 @@ def _ring(axes: Axes, posterior: Posterior, goal: Subgoal, pair: tuple[int, int]
 def _disc(axes: Axes, posterior: Posterior, goal: Subgoal, k: int, pair: tuple[int, int]) -> None:
     """The numbered disc of one subgoal, with its name if the place has one."""
     x, y = (float(goal.position[axis]) for axis in pair)
-    axes.scatter(x, y, s=270, color=colour(k), edgecolor="white", linewidths=1.6, zorder=5, gid=f"subgoal {k + 1}")
+    axes.scatter(x, y, s=270, color=colour(k), edgecolor="white", linewidths=1.6, zorder=_above(k),
+                 gid=f"subgoal {k + 1}")  # fmt: skip
     axes.text(
         x, y, str(goal.label), color=ink_on(colour(k)), fontsize=TEXT, weight="bold", ha="center",
-        va="center_baseline", zorder=6, clip_on=True,
+        va="center_baseline", zorder=_above(k), clip_on=True,
     )  # fmt: skip
     label = marker_label(goal)
     if label != str(goal.label):
@@ -152,6 +153,11 @@ def _disc(axes: Axes, posterior: Posterior, goal: Subgoal, k: int, pair: tuple[i
             plain(goal.name), (x, y), (10, 8), textcoords="offset points", fontsize=SMALL, color=INK, zorder=6,
             bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.0},
         )  # fmt: skip
+
+
+def _above(k: int) -> float:
+    """Larger subgoals lie on top, each number on its own disc."""
+    return 6.0 - k / 1000
 
 
 def _key(figure: Figure, found: Subgoals, cut: Segments, left: float, top: float) -> None:
@@ -181,7 +187,7 @@ def _key(figure: Figure, found: Subgoals, cut: Segments, left: float, top: float
     legend.set_alignment("left")
 
 
-def _short(name: str, most: int = 20) -> str:
+def _short(name: str, most: int = 14) -> str:
     return name if len(name) <= most else name[: most - 1] + "…"
 
 
@@ -212,8 +218,9 @@ def _against_time(figure: Figure, posterior: Posterior, found: Subgoals, cut: Se
         mark = posterior.candidates.points[goal.members[1:], 0]
         axes.scatter(np.full(mark.size, end[1]), mark, s=24, marker="D", facecolor="white", edgecolor=colour(k))
         spot = (end[1], float(goal.position[0]))
-        axes.scatter(*spot, s=270, color=colour(k), edgecolor="white", zorder=5, clip_on=False, gid=f"subgoal {k + 1}")
+        axes.scatter(*spot, s=270, color=colour(k), edgecolor="white", zorder=_above(k), clip_on=False,
+                     gid=f"subgoal {k + 1}")  # fmt: skip
         axes.text(*spot, str(goal.label), color=ink_on(colour(k)), fontsize=TEXT, weight="bold", ha="center",
-                  va="center_baseline", zorder=6)  # fmt: skip
+                  va="center_baseline", zorder=_above(k))  # fmt: skip
     axes.set_xlim(*end)
     axes.set_ylim(*limits(np.concatenate([curve[:, 1], [goal.position[0] for goal in found.listed]])))

@@ -6,6 +6,7 @@ import numpy as np
 
 from subgoal.answers.residuals import Residuals
 from subgoal.answers.subgoals import COUNTED_FROM, Subgoal, Subgoals
+from subgoal.plots.shown import places_of
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats
 
@@ -31,8 +32,13 @@ def percent(share: float) -> str:
 
 def sure(found: Subgoals) -> str:
     """ "3 subgoals, 95 % sure of the number; 1 smaller place below 5 %"."""
+    return f"{counted(found.n_subgoals, 'subgoal')}, {certainty(found)}"
+
+
+def certainty(found: Subgoals) -> str:
+    """ "95 % sure of the number; 1 smaller place below 5 %"."""
     chance = found.n_subgoals_distribution.get(found.n_subgoals, 0.0)
-    told = f"{counted(found.n_subgoals, 'subgoal')}, {percent(chance)} sure of the number"
+    told = f"{percent(min(chance, 0.999))} sure of the number"
     small = len(found) - found.n_subgoals
     return f"{told}; {counted(small, 'smaller place')} below {percent(COUNTED_FROM)}" if small else told
 
@@ -57,12 +63,17 @@ def marker_label(goal: Subgoal) -> str:
 
 
 def compact(values: Floats, extent: float) -> str:
-    """Coordinates "(12.3, 4.0)" to a thousandth of the extent of the data."""
+    """Coordinates "(12.3, 4.0)" to a three-hundredth of the extent of the data."""
     digits = decimals(extent)
     return "(" + ", ".join(f"{round(float(v), digits) + 0.0:.{digits}f}" for v in values) + ")"
 
 
-def decimals(extent: float, parts: float = 1000.0) -> int:
+def extent_of(posterior: Posterior) -> float:
+    """Largest range of the places over the dimensions."""
+    return float(np.ptp(places_of(posterior.demonstrations), axis=0).max())
+
+
+def decimals(extent: float, parts: float = 300.0) -> int:
     """Digits after the point that tell ``parts`` parts of ``extent`` apart."""
     if not extent > 0 or not np.isfinite(extent):
         return 3

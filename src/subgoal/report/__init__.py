@@ -1,1 +1,5 @@
-"""One self-contained HTML page."""
+"""One self-contained HTML page of a posterior."""
+
+from subgoal.report.page import report
+
+__all__ = ["report"]

@@ -1,0 +1,162 @@
+"""``report``: one self-contained HTML page of a posterior."""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+from pathlib import Path
+from typing import Any
+
+from subgoal.answers.residuals import residuals
+from subgoal.answers.segments import Segments, segments
+from subgoal.answers.subgoals import Subgoals, subgoals
+from subgoal.plots.words import certainty, headline, reading, sure
+from subgoal.posterior.diagnostics import Status
+from subgoal.posterior.posterior import Posterior
+from subgoal.report.interactive import count_figure, residual_figures, strip_figure, trace_figure
+from subgoal.report.safe import script_json, text
+from subgoal.report.scene import scene_figure
+from subgoal.report.style import CSS
+from subgoal.report.tables import diagnostics_table, meanings, provenance_table, segment_table, subgoal_table
+
+POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+DRAW = """
+for (const [id, figure] of Object.entries(JSON.parse(document.getElementById("figures").textContent)))
+  Plotly.newPlot(id, figure.data, figure.layout, {
+    responsive: true, displaylogo: false, displayModeBar: id === "scene" ? "hover" : false, plotlyServerURL: "",
+    modeBarButtonsToRemove: ["sendDataToCloud", "lasso2d", "select2d", "autoScale2d", "tableRotation"]});
+"""
+
+
+def report(
+    posterior: Posterior,
+    path: str | Path,
+    *,
+    found: Subgoals | None = None,
+    cut: Segments | None = None,
+    title: str | None = None,
+    y_down: bool = False,
+) -> Path:
+    """Write one HTML page that says what was found, how sure that is, and what it rests on.
+
+    Parameters
+    ----------
+    path:
+        The file to write; it is complete in itself and works offline.
+    found, cut:
+        Subgoals and segments of this posterior; computed if not given.
+    title:
+        A line above the headline; the name of the data if not given.
+    y_down:
+        The second axis points down, as in images.
+
+    Returns
+    -------
+    The path. A reader finds the old file or the new one, never half of one.
+    """
+    found = subgoals(posterior) if found is None else found
+    cut = segments(posterior, found) if cut is None else cut
+    figures: dict[str, Any] = {}
+    body = "\n".join([
+        _first_screen(posterior, found, cut, title, y_down, figures),
+        _strip(posterior, found, cut, figures),
+        _details("What each number means", meanings()),
+        _counts(posterior, found, figures),
+        _fit(posterior, figures),
+        _section("Convergence", diagnostics_table(posterior)),
+        _section("Settings and provenance", provenance_table(posterior, found)),
+    ])  # fmt: skip
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    _write(target, _page(title or headline(posterior, found), body, figures))
+    return target
+
+
+def _page(title: str, body: str, figures: dict[str, Any]) -> str:
+    from plotly.offline import get_plotlyjs
+
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{POLICY}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{text(title)}</title>
+<style>{CSS}</style></head>
+<body><main>
+{body}
+</main>
+<script type="application/json" id="figures">{script_json(figures)}</script>
+<script>{get_plotlyjs()}</script>
+<script>{DRAW}</script>
+</body></html>
+"""
+
+
+def _first_screen(
+    posterior: Posterior, found: Subgoals, cut: Segments, title: str | None, y_down: bool, figures: dict[str, Any]
+) -> str:
+    figures["scene"], note = scene_figure(posterior, found, cut, y_down=y_down)
+    return f"""<header><p class="eyebrow">{text(title or posterior.demonstrations.source.name)}</p>
+<h1>{text(headline(posterior, found))}</h1>
+<p class="sub">{text(certainty(found))}</p>
+{_badge(posterior.status)}</header>
+<div class="first"><div class="card"><div class="plot" id="scene"></div>
+<p class="note">Discs are subgoals, grey lines trajectories; a click in the legend hides a subgoal.
+{text(note and note + ".")}</p></div>
+<div class="card"><h2>Subgoals</h2>{subgoal_table(posterior, found)}</div></div>"""
+
+
+def _badge(status: Status) -> str:
+    """Green or red, in words."""
+    word, _, rest = status.value.partition(":")
+    if status is Status.INTERRUPTED:
+        word, rest = "INTERRUPTED", status.value.removeprefix("INTERRUPTED")
+    kind = "good" if status is Status.CONVERGED else "bad"
+    return f'<p class="badge {kind}" role="status"><b>{text(word.upper())}</b> {text(rest.strip())}</p>'
+
+
+def _strip(posterior: Posterior, found: Subgoals, cut: Segments, figures: dict[str, Any]) -> str:
+    figures["strip"] = strip_figure(posterior, found, cut)
+    rows = len(figures["strip"]["layout"]["yaxis"]["ticktext"])
+    left_out = posterior.demonstrations.n_trajectories - rows
+    more = f" {left_out:,} more trajectories are not shown." if left_out > 0 else ""
+    told = f'<p class="sub">Which part serves which subgoal; the paler, the less sure.{more}</p>'
+    listed = _details(f"Table of {len(cut):,} segments", segment_table(posterior, found, cut))
+    return _section("Segments", f'{told}<div class="plot" id="strip"></div>') + listed
+
+
+def _counts(posterior: Posterior, found: Subgoals, figures: dict[str, Any]) -> str:
+    figures["count"], figures["traces"] = count_figure(found), trace_figure(posterior)
+    return f"""<div class="pair"><div class="card"><h2>How many subgoals</h2>
+<p class="sub">{text(sure(found))}</p><div class="plot" id="count"></div></div>
+<div class="card"><h2>Chains</h2><p class="sub">They should look alike, without a trend after the warm-up.</p>
+<div class="plot" id="traces"></div></div></div>"""
+
+
+def _fit(posterior: Posterior, figures: dict[str, Any]) -> str:
+    seen = residuals(posterior)
+    if seen is None:
+        return ""
+    figures["distance"], figures["transform"] = residual_figures(seen)
+    return _section(
+        "Does the confidence fit?",
+        f'<p class="sub">{text(reading(posterior, seen))}</p><div class="pair"><div class="plot" id="distance"></div>'
+        '<div class="plot" id="transform"></div></div>',
+    )
+
+
+def _section(title: str, body: str) -> str:
+    return f"<section><h2>{text(title)}</h2>{body}</section>"
+
+
+def _details(title: str, body: str) -> str:
+    return f"<section><details><summary>{text(title)}</summary>{body}</details></section>"
+
+
+def _write(path: Path, page: str) -> None:
+    aside = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        aside.write_text(page, encoding="utf-8")
+        aside.replace(path)
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            aside.unlink()
