@@ -143,6 +143,7 @@ NUMBER = matrix(6, [1, 1], element(9, bytes(8)), name=b"")
         (matrix(1, [-1, 3]), "shape"),
         (matrix(6, [2, 2], element(9, bytes(24))), r"3 numbers for shape \[2, 2\]"),
         (matrix(1, [10**9, 10**9]), "parts in"),
+        (matrix(2, [10**9, 10**9], element(5, struct.pack("<i", 8)), element(1, b"")), "parts in"),  # no fields
         (matrix(1, [1, 1], element(9, bytes(8))), "type 9 where a matrix belongs"),
         (matrix(2, [1, 1], element(5, bytes(4)), element(1, b"abcd")), "field names"),
         (element(15, zlib.compress(struct.pack("<II", 14, 100) + bytes(50))), "50 bytes unpacked"),

@@ -44,6 +44,11 @@ def test_without_times_samples_are_numbered_in_each_trajectory(archive):
 def test_recorded_actions(archive):
     path = archive(positions=PLACES, push=np.arange(5))
     assert read(path, action="push").actions.ravel().tolist() == [0, 1, 2, 3, 4]
+    assert read(path, action=["push", "positions"]).actions[2].tolist() == [2, 4, 5]
+    with pytest.raises(ReadError, match="array 'pull'"):
+        read(path, action="pull")
+    with pytest.raises(ReadError, match="equally long"):
+        read(archive(positions=PLACES, push=np.arange(5), pull=np.arange(4)), action=["push", "pull"])
 
 
 def test_ready_pairs_are_given_back_as_they_are(archive):

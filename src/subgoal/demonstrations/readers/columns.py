@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from subgoal.demonstrations.clock import check_clock, order_rows
-from subgoal.demonstrations.recordings import piece_names
 from subgoal.demonstrations.records import Recording, Source
 from subgoal.runtime.checks import Floats, Ints, positive
 from subgoal.runtime.errors import InputError, ReadError
@@ -74,10 +73,10 @@ def choose(
     if time is None:
         time = next((lower[n] for n in TIME_NAMES if n in lower), None)
     choice = Choice(
-        _names("position", position),
+        column_names("position", position),
         _name("time", time),
         _name("trajectory", trajectory),
-        () if action is None else _names("action", action),
+        () if action is None else column_names("action", action),
         _name("likelihood", likelihood),
     )
     for name in choice.all:
@@ -243,8 +242,8 @@ def _name(what: str, given: Any) -> str | None:
     raise InputError(what, found=repr(given), wanted="the name of a column")
 
 
-def _names(what: str, given: Any) -> tuple[str, ...]:
-    """One column or several, each once."""
+def column_names(what: str, given: Any) -> tuple[str, ...]:
+    """One column or several, each once. Raises ``InputError`` for anything else."""
     listed = [given] if isinstance(given, str) else given
     if not isinstance(listed, Sequence) or not listed:
         raise InputError(what, found=repr(given), wanted="names of columns, such as ['x', 'y']")

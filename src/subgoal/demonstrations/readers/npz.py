@@ -3,33 +3,34 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from subgoal.demonstrations.readers.columns import Treatment
+from subgoal.demonstrations.readers.columns import Treatment, column_names
 from subgoal.demonstrations.readers.files import check_unpacked, guarded, plain_file, source_of
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.runtime.errors import ReadError
 
 
 def read_npz(
-    path: Any, *, action: str | None = None, rate: float | None = None, scale: float = 1.0, units: str = ""
+    path: Any, *, action: Sequence[str] | None = None, rate: float | None = None, scale: float = 1.0, units: str = ""
 ) -> Recording:
     """Read ``positions`` (M, d), ``times`` (M,) and ``offset`` (D+1,) from an archive.
 
     Without ``times``, samples are numbered within their trajectory (and divided by ``rate`` if given); without
-    ``offset`` they are one trajectory. ``action`` names an array (M, k) of recorded actions. ``scale`` multiplies
-    the positions, ``units`` is their unit then.
+    ``offset`` they are one trajectory. ``action`` names arrays (M, k) or (M,) of recorded actions, side by side.
+    ``scale`` multiplies the positions, ``units`` is their unit then.
 
     Raises ``ReadError`` for pickled objects, bombs, torn files and arrays that do not fit each other.
     """
     how = Treatment(scale=scale, units=units, rate=rate)
     path = plain_file(path)
-    wanted = ("positions",) if action is None else ("positions", action)
-    arrays = load_arrays(path, wanted, ("times", "offset"))
+    named = () if action is None else column_names("action", action)
+    arrays = load_arrays(path, ("positions", *named), ("times", "offset"))
     count = len(np.atleast_1d(arrays["positions"]))
     offset = arrays.get("offset", np.array([0, count]))
     times, unit = arrays.get("times"), "s"
@@ -40,9 +41,8 @@ def read_npz(
         times, unit = (times, "sample") if how.rate is None else (times / how.rate, "s")
     with guarded(path, "real numbers"), np.errstate(over="ignore"):
         places = np.asarray(arrays["positions"], dtype=np.float64) * how.scale
-    actions = None if action is None else arrays[action]
-    if actions is not None and actions.ndim == 1:
-        actions = actions[:, None]
+    with guarded(path, "actions (M, k) or (M,), equally long"):
+        actions = np.column_stack([arrays[name] for name in named]) if named else None
     return Recording(
         positions=places[:, None] if places.ndim == 1 else places, times=times, offset=offset,
         names=(), units=how.units, time_unit=unit, source=source_of(path), actions=actions,
