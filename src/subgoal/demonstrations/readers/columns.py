@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from subgoal.demonstrations.clock import check_clock, order_rows
+from subgoal.demonstrations.recordings import piece_names
 from subgoal.demonstrations.records import Recording, Source
 from subgoal.runtime.checks import Floats, Ints, positive
 from subgoal.runtime.errors import InputError, ReadError
