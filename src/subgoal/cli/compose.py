@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -69,10 +71,16 @@ def named_sampler(name: str) -> Sampler:
     return sampler
 
 
-def output_folder(path: Path) -> Path:
-    """The folder, made if it is not there."""
+@contextmanager
+def output_folder(path: Path) -> Iterator[Path]:
+    """The folder, made if it is not there; taken away again if nothing came to stand in it."""
+    made = not path.exists()
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         raise InputError("--out", found=str(problem), wanted="a folder that can be written") from None
-    return path
+    try:
+        yield path
+    finally:
+        if made and not any(path.iterdir()):
+            path.rmdir()

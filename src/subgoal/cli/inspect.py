@@ -49,6 +49,7 @@ def inspect(
         from subgoal.plots.recording import plot_recording
         from subgoal.plots.files import save_figure
 
-        save_figure(plot_recording(record), output_folder(out), "recording")
+        with output_folder(out) as folder:
+            save_figure(plot_recording(record), folder, "recording")
         if not quiet:
             print(f"Look at {out / 'recording.png'}")

@@ -131,11 +131,14 @@ def learn_file(
     plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
     chosen = candidate_places(demonstrations, plan, **places)
     likelihood = likelihood_table(demonstrations, chosen, **table)
-    folder = output_folder(out)
-    settings = run | {"sampler": named_sampler(run["sampler"]), "checkpoint": folder / ".checkpoint.npz"}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        posterior = sample(likelihood, progress=progress_display("sampling", quiet=quiet), **settings)
-    results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)
+    sampler = named_sampler(run.pop("sampler"))
+    with output_folder(out) as folder:
+        display = progress_display("sampling", quiet=quiet)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            posterior = sample(
+                likelihood, sampler=sampler, checkpoint=folder / ".checkpoint.npz", progress=display, **run
+            )
+        results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)
     if not quiet:
         print_results(posterior, results, folder)

@@ -10,7 +10,7 @@ from subgoal.cli.demo import demo
 from subgoal.cli.inspect import inspect
 from subgoal.cli.learn import learn
 from subgoal.cli.report import report
-from subgoal.runtime.errors import InputError, SubgoalError
+from subgoal.runtime.errors import StoppedError, SubgoalError
 from subgoal.runtime.version import VERSION
 
 BAD_INPUT = 2
@@ -48,12 +48,9 @@ def main() -> None:
     """Run the command; a clear message and exit code 2 for bad input, 130 when stopped before there was a result."""
     try:
         app()
-    except InputError as problem:
-        print(f"subgoal: {problem}", file=sys.stderr)
-        sys.exit(BAD_INPUT)
+    except (StoppedError, KeyboardInterrupt) as problem:
+        print(f"subgoal: {problem or 'stopped'}", file=sys.stderr)
+        sys.exit(INTERRUPTED)
     except (SubgoalError, OSError) as problem:
         print(f"subgoal: {problem}", file=sys.stderr)
         sys.exit(BAD_INPUT)
-    except KeyboardInterrupt:
-        print("subgoal: stopped", file=sys.stderr)
-        sys.exit(INTERRUPTED)

@@ -20,7 +20,7 @@ from subgoal.posterior.checkpoint import Checkpoint
 from subgoal.posterior.diagnostics import LARGEST_SHARES, Status, gate
 from subgoal.posterior.posterior import CountDraws, Posterior, Settings
 from subgoal.runtime.checks import Bools, Floats, positive, whole
-from subgoal.runtime.errors import BudgetError, InputError, SubgoalError
+from subgoal.runtime.errors import BudgetError, InputError, StoppedError
 from subgoal.runtime.executor import run_all, worker_count
 from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
@@ -89,6 +89,8 @@ def sample(
         A setting out of range, or an observation that no candidate allows.
     BudgetError
         The predicted memory is above the budget.
+    StoppedError
+        Ctrl-C during the warm-up: there are no draws yet; the checkpoint is written all the same.
     StorageError
         Resuming from a checkpoint of other settings or data, or a torn one.
     """
@@ -108,7 +110,7 @@ def sample(
         _resume(keeper, records)
     run = _Run(likelihood, sampler, settings, worker_count(workers), backend)
     with Interrupt() as interrupt, progress or Silent() as display:
-        while run.advance(records) and not interrupt.requested:
+        while not interrupt.requested and run.advance(records):
             display.update(run.done(records), settings.sweeps * settings.chains)
             if keeper is not None:
                 keeper.write_if_due(records)
@@ -205,7 +207,7 @@ def _assemble(
     kept = slice(settings.warmup + settings.thin - 1, None, settings.thin)
     joint, fit = traces["log_joint"][:, kept], traces.pop("log_likelihood")
     if not joint.size:
-        raise SubgoalError("stopped during the warm-up: there are no draws yet to give")
+        raise StoppedError("stopped during the warm-up: there are no draws yet to give")
     counts = _count_draws(records)
     n = likelihood.n_observations
     summaries = _summaries(counts, joint, traces["n_active"][:, kept], n)

@@ -51,6 +51,10 @@ class BudgetError(SubgoalError, MemoryError):
         )
 
 
+class StoppedError(SubgoalError):
+    """The run was stopped before it had anything to give."""
+
+
 class MissingExtraError(SubgoalError, ImportError):
     """An optional dependency is not installed."""
 
