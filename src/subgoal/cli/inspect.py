@@ -46,8 +46,8 @@ def inspect(
     if not quiet:
         print("\n".join(summarise(record).lines()))
     if out is not None:
-        from subgoal.plots.recording import plot_recording
         from subgoal.plots.files import save_figure
+        from subgoal.plots.recording import plot_recording
 
         with output_folder(out) as folder:
             save_figure(plot_recording(record), folder, "recording")
