@@ -58,4 +58,5 @@ def same_posterior(one: Posterior, two: Posterior) -> None:
     assert one.traces.keys() == two.traces.keys()
     for name, trace in one.traces.items():
         np.testing.assert_array_equal(trace, two.traces[name])
-    assert (one.settings, one.status, one.diagnostics) == (two.settings, two.status, two.diagnostics)
+    assert (one.settings, one.status) == (two.settings, two.status)
+    assert repr(one.diagnostics) == repr(two.diagnostics)
