@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 import sys
 
 import h5py
@@ -119,6 +121,26 @@ def test_the_process_that_reads_hdf5_finds_plain_arrays(tmp_path):
     found = dict(content(str(tmp_path / "d.h5")))
     assert found["fields"].tolist() == ["index", "values_block_0"]
     assert found["index"].tolist() == list(range(8))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limits are those of Linux")
+@pytest.mark.parametrize(
+    ("stuck", "code", "told"),
+    [("while True: pass", -signal.SIGALRM, b""), ("bytearray(2**31)", 0, b"MemoryError")],
+)
+def test_the_process_that_reads_hdf5_stops_itself(tmp_path, stuck, code, told):
+    write_sleap(tmp_path / "s.h5")
+    program = f"""
+from subgoal.demonstrations.readers import hdf5_child
+def content(path):
+    {stuck}
+    yield "tracks", 0
+hdf5_child.content = content
+hdf5_child.main({str(tmp_path / "s.h5")!r})
+"""
+    child = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=20, check=False)
+    assert child.returncode == code
+    assert told in child.stdout.replace(b"\0", b"")
 
 
 def test_an_hdf5_file_that_stops_its_library_is_refused(tmp_path, monkeypatch):

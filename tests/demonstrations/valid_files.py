@@ -43,7 +43,7 @@ def deeplabcut_frame(animals: tuple[str, ...] = (), count: int = 8) -> Any:
 
 
 def write_sleap(path: Path, *, names: bool = True) -> None:
-    """Two animals, two nodes, eight frames; animal 1 is missing in frames 3 and 4."""
+    """Two animals, two nodes, eight frames; animal 1 is missing in frames 3 and 4, node 1 of animal 0 unsure in 5."""
     import h5py
 
     frames = np.arange(8.0)
@@ -51,7 +51,7 @@ def write_sleap(path: Path, *, names: bool = True) -> None:
     tracks = np.ascontiguousarray(tracks.transpose(0, 2, 1, 3))
     tracks[1, :, :, 3:5] = np.nan
     scores = np.full((2, 2, 8), 0.9)
-    scores[0, :, 5] = 0.2
+    scores[0, 1, 5] = 0.2
     with h5py.File(path, "w") as file:
         file["tracks"] = tracks
         file["point_scores"] = scores
