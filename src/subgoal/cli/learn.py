@@ -56,6 +56,9 @@ def learn(
     thin: Annotated[int, typer.Option(help="Sweeps per kept draw.", rich_help_panel=RUN)] = 10,
     seed: Annotated[int, typer.Option("--seed", "-s", rich_help_panel=RUN)] = 0,
     workers: Annotated[int | None, typer.Option(help="Chains at once.", rich_help_panel=RUN)] = None,
+    backend: Annotated[
+        str, typer.Option(help="threading, loky (processes) or dask.", rich_help_panel=RUN)
+    ] = "threading",
     resume: Annotated[bool, typer.Option(help="Go on from the checkpoint in --out.", rich_help_panel=RUN)] = False,
     y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
     quiet: o.Quiet = False,
@@ -100,7 +103,7 @@ def learn(
     metric = {"weights": o.numbers("--weights", weights), "period": o.numbers("--period", period)}
     run = {
         "concentration": concentration, "sampler": sampler, "chains": chains, "draws": draws, "warmup": warmup,
-        "thin": thin, "seed": seed, "workers": workers, "resume": resume,
+        "thin": thin, "seed": seed, "workers": workers, "backend": backend, "resume": resume,
     }  # fmt: skip
     learn_file(file, out, reading, places, metric, table, run, merge_radius=merge_radius, y_down=y_down, quiet=quiet)
 
