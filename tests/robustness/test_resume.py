@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import warnings
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from subgoal.candidates import Candidates
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior import checkpoint as checkpoints
 from subgoal.posterior import sample as sampling
+from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.errors import InputError, StorageError, SubgoalError
 from subgoal.storage.archive import previous
 from tests.posterior.worlds import corner_likelihood, quiet_sample, same_posterior, table
@@ -33,10 +35,15 @@ def child(path: Path, out: Path, how: str, draws: int = DRAWS) -> subprocess.Pop
     return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
 
 
+@lru_cache
+def unbroken_run(draws: int) -> Posterior:
+    return quiet_sample(table(), draws=draws, **RUN)
+
+
 def resumed_as_unbroken(path: Path, out: Path, draws: int = DRAWS) -> None:
     """Resume in a fresh process and compare every number with the unbroken run, made here."""
     assert child(path, out, "resume", draws).wait(60) == 0
-    unbroken = quiet_sample(table(), draws=draws, **RUN)
+    unbroken = unbroken_run(draws)
     wanted = {"assignments": unbroken.assignments, "joint": unbroken.log_joint, "best": unbroken.best_assignment,
               "shares": unbroken.shares.toarray(), **unbroken.traces}  # fmt: skip
     with np.load(out) as got:
@@ -67,15 +74,15 @@ def killed_at(delay: float, path: Path, out: Path, draws: int) -> int:
 
 def test_killed_at_a_random_moment(tmp_path: Path) -> None:
     path, out = tmp_path / "run.npz", tmp_path / "out.npz"
-    assert killed_at(0.5, path, out, 10_000) == -signal.SIGKILL
-    resumed_as_unbroken(path, out, 10_000)
+    assert killed_at(0.5, path, out, 5_000) == -signal.SIGKILL
+    resumed_as_unbroken(path, out, 5_000)
 
 
 @pytest.mark.t2
 @pytest.mark.parametrize("moment", range(30))
 def test_killed_at_thirty_random_moments(moment: int, tmp_path: Path) -> None:
     """Moments spread over a run of about a second; a run that ends before its moment has nothing to resume."""
-    path, out, draws = tmp_path / "run.npz", tmp_path / "out.npz", 10_000
+    path, out, draws = tmp_path / "run.npz", tmp_path / "out.npz", 5_000
     delay = float(np.random.default_rng(moment).uniform(0.0, 1.5))
     if killed_at(delay, path, out, draws) == 0:
         assert out.exists()
@@ -182,7 +189,7 @@ def test_torn_newest_checkpoint_gives_way_to_the_one_before(stopped: Path) -> No
     tear(stopped)
     with pytest.warns(UserWarning, match="The checkpoint before it was used"):
         resumed = subgoal.sample(table(), draws=DRAWS, checkpoint=stopped, resume=True, workers=1, **RUN)
-    same_posterior(resumed, quiet_sample(table(), draws=DRAWS, **RUN))
+    same_posterior(resumed, unbroken_run(DRAWS))
 
 
 def test_torn_only_checkpoint(stopped: Path) -> None:
