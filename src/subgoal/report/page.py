@@ -19,12 +19,17 @@ from subgoal.report.scene import scene_figure
 from subgoal.report.style import CSS
 from subgoal.report.tables import diagnostics_table, meanings, provenance_table, segment_table, subgoal_table
 
-POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; "
+    "form-action 'none'; base-uri 'none'"
+)
+"""The browser itself refuses whatever would leave the page."""
 DRAW = """
 for (const [id, figure] of Object.entries(JSON.parse(document.getElementById("figures").textContent)))
   Plotly.newPlot(id, figure.data, figure.layout, {
     responsive: true, displaylogo: false, displayModeBar: id === "scene" ? "hover" : false, plotlyServerURL: "",
-    modeBarButtonsToRemove: ["sendDataToCloud", "lasso2d", "select2d", "autoScale2d", "tableRotation"]});
+    showSendToCloud: false, modeBarButtonsToRemove: ["sendChartToCloud", "sendDataToCloud",
+      "lasso2d", "select2d", "autoScale2d", "tableRotation"]});
 """
 
 
@@ -97,7 +102,7 @@ def _first_screen(
     figures["scene"], note = scene_figure(posterior, found, cut, y_down=y_down)
     return f"""<header><p class="eyebrow">{text(title or posterior.demonstrations.source.name)}</p>
 <h1>{text(headline(posterior, found))}</h1>
-<p class="sub">{text(certainty(found))}</p>
+<p class="sub">{text(certainty(found).capitalize())}</p>
 {_badge(posterior.status)}</header>
 <div class="first"><div class="card"><div class="plot" id="scene"></div>
 <p class="note">Discs are subgoals, grey lines trajectories; a click in the legend hides a subgoal.

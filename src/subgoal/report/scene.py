@@ -99,8 +99,8 @@ def _observations(
         marker |= _arrows(posterior, rows, y_down)
     owner = demos.trajectory[rows]
     return {
-        "type": _kind(coordinates.shape[1]), "mode": "markers", "name": name, "legendgroup": f"goal {k}", "showlegend": False,
-        **_spread(coordinates[rows]), "marker": marker,
+        "type": _kind(coordinates.shape[1]), "mode": "markers", "name": name, "legendgroup": f"goal {k}",
+        "showlegend": False,         **_spread(coordinates[rows]), "marker": marker,
         "text": [label(demos.trajectory_names[d]) for d in owner],
         "customdata": np.column_stack([chance, np.round(clock[rows], 3)]),
         "hovertemplate": f"%{{fullData.name}}<br>probability %{{customdata[0]}}<br>{label(time_label)}: "

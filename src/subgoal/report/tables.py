@@ -9,7 +9,7 @@ import numpy as np
 from subgoal.answers.segments import Segments
 from subgoal.answers.subgoals import COUNTED_FROM, CREDIBLE, LISTED_FROM, Subgoals
 from subgoal.plots.style import colour, ink_on, with_unit
-from subgoal.plots.words import compact, decimals, extent_of, percent
+from subgoal.plots.words import compact, decimals, extent_of, percent, trajectories
 from subgoal.posterior.posterior import Posterior
 from subgoal.report.safe import text
 
@@ -116,7 +116,7 @@ def provenance_table(posterior: Posterior, found: Subgoals) -> str:
     radius = posterior.candidates.radius
     facts = {
         "data": f"{source.name} {f'(checksum {source.checksum[:16]})' if source.checksum else ''}",
-        "observations": f"{demos.n_observations:,} in {demos.n_trajectories:,} trajectories",
+        "observations": f"{demos.n_observations:,} in {trajectories(demos.n_trajectories)}",
         **{f"data: {what}": f"{count:,}" for what, count in source.notes.items()},
         "observations too slow to say anything": f"{slow:,} (kept; every candidate is as likely)",
         "candidates": f"{posterior.candidates.n_candidates:,}, radius {radius:.4g} {demos.units}",
