@@ -35,9 +35,9 @@ def outcomes(module: ModuleType, move: Callable[[], Hashable]) -> dict[Hashable,
         path: list[int] = []
         probability = 1.0
 
-        def chooser(cumulative: np.ndarray, count: int, generator: Any) -> int:
+        def chooser(values: np.ndarray, count: int, generator: Any) -> int:
             nonlocal probability
-            weights = np.diff(cumulative[:count], prepend=0.0) / cumulative[count - 1]
+            weights = values[:count] / values[:count].sum()
             step = len(path)  # noqa: B023
             if step < len(prefix):  # noqa: B023
                 pick = prefix[step]  # noqa: B023

@@ -36,9 +36,7 @@ class Arrays:
 
 def move_site(i, state, table, eta, keeps):
     a = Arrays(state, table.shape[1])
-    loops.reassign(
-        i, table[i], a.label, a.dish, a.size, a.order, a.rank, a.k, eta, np.cumsum(PRIOR), keeps, a.work, None
-    )
+    loops.reassign(i, table[i], a.label, a.dish, a.size, a.order, a.rank, a.k, eta, PRIOR, keeps, a.work, None)
     assert (a.size == np.bincount(a.label, minlength=len(a.size))).all()
     return a.state()
 

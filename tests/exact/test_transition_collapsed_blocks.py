@@ -10,6 +10,8 @@ from subgoal._kernels.counts import recount
 from tests.exact.replay import matrix, outcomes
 from tests.oracles.tables import PRIOR, TABLES, assignment_posterior
 
+EDGES = np.array([0, 2, 3])
+"""The whole sweep goes through its table in two blocks."""
 CASES = [(name, eta) for name in TABLES for eta in (0.05, 1.0, 5.0)]
 
 
@@ -31,7 +33,7 @@ class Arrays:
 
 def move_site(i: int, theta, log_table, prior, eta):
     a = Arrays(theta, log_table, prior)
-    loops.redraw_candidate(i, i, a.relative, a.theta, a.counts, a.active, a.place, a.k, eta, prior, a.work, None)
+    loops.redraw_rows(i, a.relative[i : i + 1], a.theta, a.counts, a.active, a.place, a.k, eta, prior, a.work, None)
     check = Arrays(tuple(a.theta), log_table, prior)
     assert (a.counts == check.counts).all()
     return tuple(int(g) for g in a.theta)
@@ -39,12 +41,10 @@ def move_site(i: int, theta, log_table, prior, eta):
 
 def move_all_blocks(theta, log_table, prior, eta):
     a = Arrays(theta, log_table, prior)
-    n_tables = 0
-    for i in range(len(theta)):
-        n_tables = loops.seat(
-            i, i, log_table, a.theta, eta * prior[theta[i]], a.table_of, a.seen, a.first, a.following, a.sizes,
-            a.sums, n_tables, a.work, a.slots, None,
-        )  # fmt: skip
+    n_tables = loops.seat_rows(
+        0, log_table, a.theta, prior, eta, a.table_of, a.seen, a.first, a.following, a.sizes, a.sums, 0, a.work,
+        a.slots, None,
+    )  # fmt: skip
     loops.move_blocks(n_tables, a.sums, a.log_prior, a.table_of, a.theta, a.dishes, a.work, None)
     return tuple(int(g) for g in a.theta)
 
@@ -54,7 +54,7 @@ def sweep(theta, log_table, prior, eta):
     keep, trace = np.ones(1, bool), [np.zeros(1) for _ in range(2)]
     kept, active = np.zeros((1, len(theta)), np.int32), np.zeros(1, np.int64)
     loops.sweeps_dense(
-        log_table, a.relative, prior, a.log_prior, eta, a.theta, a.sums[:1], keep, kept, *trace, active, None
+        log_table, a.relative, EDGES, prior, a.log_prior, eta, a.theta, a.sums[:1], keep, kept, *trace, active, None
     )
     return tuple(int(g) for g in kept[0])
 

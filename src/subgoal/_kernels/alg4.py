@@ -52,9 +52,7 @@ def leave(slot, size, order, rank, k):
 
 
 @njit(cache=True, nogil=True)
-def reassign(
-    i, row, label, dish, size, order, rank, k, concentration, cumulative_prior, singleton_keeps, work, generator
-):
+def reassign(i, row, label, dish, size, order, rank, k, concentration, prior, singleton_keeps, work, generator):
     """Neal's Algorithm 8 with one auxiliary table (lines 11-17); a singleton offers its own candidate again (E4).
 
     Without ``singleton_keeps`` the auxiliary candidate is always drawn afresh, as printed. Returns K.
@@ -65,17 +63,15 @@ def reassign(
     if alone and singleton_keeps:
         offer = dish[slot]
     else:
-        offer = choose(cumulative_prior, cumulative_prior.size, generator)
+        offer = choose(prior, prior.size, generator)
     peak = row[offer]
     for j in range(k):
         peak = max(peak, row[dish[order[j]]])
     if peak == -np.inf:
         peak = 0.0
-    total = 0.0
     for j in range(k):
-        total += size[order[j]] * exp(row[dish[order[j]]] - peak)
-        work[j] = total
-    work[k] = total + concentration * exp(row[offer] - peak)
+        work[j] = size[order[j]] * exp(row[dish[order[j]]] - peak)
+    work[k] = concentration * exp(row[offer] - peak)
     pick = choose(work, k + 1, generator)
     chosen = order[pick]
     if pick == k:
@@ -87,7 +83,7 @@ def reassign(
 
 
 @njit(cache=True, nogil=True)
-def assign_tile(start, tile, label, dish, size, order, rank, k, concentration, cumulative_prior, singleton_keeps,
+def assign_tile(start, tile, label, dish, size, order, rank, k, concentration, prior, singleton_keeps,
                 product, sums, work, generator):  # fmt: skip
     """Reassign start..start+len(tile), adding each row to its table's sum (of logs, or of likelihoods as printed).
 
@@ -106,7 +102,7 @@ def assign_tile(start, tile, label, dish, size, order, rank, k, concentration, c
             rank,
             k,
             concentration,
-            cumulative_prior,
+            prior,
             singleton_keeps,
             work,
             generator,
@@ -135,10 +131,8 @@ def resample_dishes(dish, order, k, sums, log_prior, product, work, generator):
         if product:
             for g in range(row.size):
                 peak = max(peak, row[g] + log_prior[g])
-        total = 0.0
         for g in range(row.size):
-            total += exp(row[g] + log_prior[g] - peak) if product else exp(log_prior[g]) * row[g]
-            work[g] = total
+            work[g] = exp(row[g] + log_prior[g] - peak) if product else exp(log_prior[g]) * row[g]
         dish[order[j]] = choose(work, row.size, generator)
 
 
@@ -170,13 +164,12 @@ def sweeps_dense(table, prior, log_prior, concentration, singleton_keeps, produc
     order = np.empty(n, np.int64)
     rank = np.empty(n, np.int64)
     work = np.empty(max(n, g_count) + 1)
-    cumulative_prior = np.cumsum(prior)
     rows = 0
     for s in range(keep.size):
         k = occupy(label, size, order, rank)
         sums[:] = 0.0
         k, sums = assign_tile(
-            0, table, label, dish, size, order, rank, k, concentration, cumulative_prior, singleton_keeps,
+            0, table, label, dish, size, order, rank, k, concentration, prior, singleton_keeps,
             product, sums, work, generator,
         )  # fmt: skip
         resample_dishes(dish, order, k, sums, log_prior, product, work, generator)

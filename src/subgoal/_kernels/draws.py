@@ -6,16 +6,26 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True)
-def choose(cumulative, count, generator):
-    """Index k < count with probability proportional to cumulative[k] − cumulative[k−1]; never one of weight zero."""
-    target = generator.random() * cumulative[count - 1]
-    low, high = 0, count - 1
-    while low < high:
-        middle = (low + high) // 2
-        if cumulative[middle] > target:
-            high = middle
-        else:
-            low = middle + 1
-    while low > 0 and not cumulative[low] > cumulative[low - 1]:
-        low -= 1
-    return low
+def choose(weights, count, generator):
+    """Index k < count with probability proportional to weights[k]; never one of weight zero.
+
+    The sum runs in four strands and the search from the front, so that large weights should stand there.
+    """
+    a = b = c = d = 0.0
+    whole = count - count % 4
+    for k in range(0, whole, 4):
+        a += weights[k]
+        b += weights[k + 1]
+        c += weights[k + 2]
+        d += weights[k + 3]
+    for k in range(whole, count):
+        a += weights[k]
+    target = generator.random() * ((a + b) + (c + d))
+    last = 0
+    for k in range(count):
+        if weights[k] > 0.0:
+            target -= weights[k]
+            last = k
+            if target < 0.0:
+                break
+    return last

@@ -15,9 +15,9 @@ from scipy import sparse
 from subgoal._kernels.directions import log_sum_tile, relative_tile
 from subgoal.candidates import Candidates
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.runtime.checks import Floats, frozen, positive, real_array
+from subgoal.runtime.checks import Floats, Ints, frozen, positive, real_array
 from subgoal.runtime.errors import InputError
-from subgoal.runtime.executor import run_all, worker_count
+from subgoal.runtime.executor import run_all
 
 DENSE_ENTRIES = 2**25
 """Largest N·G that is held whole (256 MiB, and as much again while sampling); above it the table is tiled."""
@@ -145,16 +145,19 @@ class LogLikelihood:
         """(N, G) the whole table, read-only, or None when it is tiled."""
         if not self.is_dense:
             return None
-        blocks = run_all(self.rows, self._ranges(worker_count(None)), workers=None)
+        blocks = run_all(self.rows, self._blocks(), workers=None)
         return np.asarray(frozen(np.concatenate(blocks)))
 
     def tiles(self) -> Iterator[tuple[int, Floats]]:
         """Consecutive blocks of rows, as (first row, (rows, G) values)."""
-        if self.dense is not None:
-            yield 0, self.dense
-            return
-        for start, stop in self._ranges(self._tile_count):
-            yield start, self.rows(start, stop)
+        for start, stop in self._blocks():
+            yield start, self.rows(start, stop) if self.dense is None else self.dense[start:stop]
+
+    @property
+    def edges(self) -> Ints:
+        """Boundaries of the blocks of rows, from 0 to N; the same whether the table is held or not."""
+        blocks = max(1, -(-self.n_observations * self.n_candidates // TILE_ENTRIES))
+        return np.linspace(0, self.n_observations, min(blocks, self.n_observations) + 1).astype(np.int64)
 
     @cached_property
     def log_marginal(self) -> Floats:
@@ -162,7 +165,7 @@ class LogLikelihood:
 
         Raises ``InputError`` for an observation that is impossible under every candidate, or not a number.
         """
-        parts = run_all(self._log_marginal_rows, self._ranges(self._tile_count), workers=None)
+        parts = run_all(self._log_marginal_rows, self._blocks(), workers=None)
         values = np.concatenate(parts)
         if not np.isfinite(values).all():
             i = int(np.argmax(~np.isfinite(values)))
@@ -186,16 +189,11 @@ class LogLikelihood:
     @cached_property
     def arrived(self) -> sparse.csr_array:
         """(N, G) sparse booleans: which observation is at which candidate."""
-        blocks = [sparse.csr_array(self.source.arrived(a, b)) for a, b in self._ranges(self._tile_count)]
+        blocks = [sparse.csr_array(self.source.arrived(a, b)) for a, b in self._blocks()]
         return sparse.csr_array(sparse.vstack(blocks))
 
-    @property
-    def _tile_count(self) -> int:
-        return max(1, -(-self.n_observations * self.n_candidates // TILE_ENTRIES))
-
-    def _ranges(self, count: int) -> list[tuple[int, int]]:
-        edges = np.linspace(0, self.n_observations, min(count, self.n_observations) + 1).astype(int)
-        return [(int(a), int(b)) for a, b in pairwise(edges)]
+    def _blocks(self) -> list[tuple[int, int]]:
+        return list(pairwise(self.edges.tolist()))
 
     def _log_marginal_rows(self, start: int, stop: int) -> Floats:
         if not self.is_dense:

@@ -73,7 +73,6 @@ def _sweeps_tiled(
     table, concentration, generator = chain.table, chain.concentration, chain.generator
     n, g_count = table.n_observations, table.n_candidates
     prior = np.exp(table.log_prior)
-    cumulative_prior = np.cumsum(prior)
     size, order, rank = (np.empty(n, np.int64) for _ in range(3))
     counts, active, place = (np.empty(g_count, np.int64) for _ in range(3))
     theta, work = np.empty(n, np.int32), np.empty(max(n, g_count) + 1)
@@ -83,7 +82,7 @@ def _sweeps_tiled(
         sums[:] = 0.0
         for start, tile in table.tiles():
             k, sums = loops.assign_tile(
-                start, tile, label, dish, size, order, rank, k, concentration, cumulative_prior, singleton_keeps,
+                start, tile, label, dish, size, order, rank, k, concentration, prior, singleton_keeps,
                 product, sums, work, generator,
             )  # fmt: skip
         loops.resample_dishes(dish, order, k, sums, table.log_prior, product, work, generator)

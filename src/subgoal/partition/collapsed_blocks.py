@@ -26,8 +26,8 @@ def collapsed_blocks(chain: Chain, keep: Bools) -> Stretch:
         _sweeps_tiled(chain, theta, keep, record)
     else:
         loops.sweeps_dense(
-            table.dense, table.relative, np.exp(table.log_prior), table.log_prior, chain.concentration, theta,
-            np.empty((FIRST_TABLES, table.n_candidates)), keep, record.kept, record.log_likelihood,
+            table.dense, table.relative, table.edges, np.exp(table.log_prior), table.log_prior, chain.concentration,
+            theta, np.empty((FIRST_TABLES, table.n_candidates)), keep, record.kept, record.log_likelihood,
             record.log_joint, record.n_active, chain.generator,
         )  # fmt: skip
     return record.stretch({"theta": theta})
@@ -44,11 +44,17 @@ def _sweeps_tiled(chain: Chain, theta: Int32s, keep: Bools, record: Recorder) ->
     sums = np.empty((FIRST_TABLES, g_count))
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
+        loops.largest_first(counts, active, place, k)
         seen, first, n_tables = np.zeros(g_count, np.int64), np.full(g_count, -1, np.int64), 0
         for start, tile in table.tiles():
-            k, n_tables, sums = loops.pass_tile(
-                start, tile, table.relative_tile(start, tile), prior, concentration, theta, counts, active, place,
-                k, table_of, seen, first, following, sizes, sums, n_tables, work, slots, generator,
+            relative = table.relative_tile(start, tile)
+            k = loops.redraw_rows(
+                start, relative, theta, counts, active, place, k, concentration, prior, work, generator
+            )
+            sums = loops.with_room(sums, n_tables + len(tile))
+            n_tables = loops.seat_rows(
+                start, tile, theta, prior, concentration, table_of, seen, first, following, sizes, sums, n_tables,
+                work, slots, generator,
             )  # fmt: skip
         value = loops.move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)
         k = recount(theta, counts, active, place)

@@ -39,6 +39,10 @@ class Table(Protocol):
     def relative(self) -> Floats | None:
         """(N, G) L_ig / Σ_g p_g L_ig, or None when the table is tiled."""
 
+    @property
+    def edges(self) -> Ints:
+        """Boundaries of the blocks of rows in which the table is gone through, from 0 to N."""
+
     def tiles(self) -> Iterator[tuple[int, Floats]]:
         """Consecutive blocks of rows: first row and (rows, G) values."""
 
