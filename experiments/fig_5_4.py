@@ -22,6 +22,7 @@ from subgoal.demonstrations.readers import read_recording
 from subgoal.demonstrations.recordings import select_trajectories, starting_in
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.likelihood.action_comparison import action_comparison
+from subgoal.plots.style import colour
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import ConvergenceWarning, sample
 from subgoal.runtime.checks import Floats, Ints
@@ -144,8 +145,9 @@ def _draw_pairs(axis: Any, posterior: Posterior, labels: Ints, found: Subgoals) 
     demos = posterior.demonstrations
     for k in range(len(found)):
         rows = labels == k
-        colour = PALETTE[k % len(PALETTE)]
-        axis.quiver(*demos.states[rows].T, *demos.actions[rows].T, color=colour, angles="xy", width=0.0018, scale=120)
+        axis.quiver(
+            *demos.states[rows].T, *demos.actions[rows].T, color=colour(k), angles="xy", width=0.0018, scale=120
+        )
     for item in found:
         axis.scatter(*item.position, s=60 + 1500 * item.share, color="#d62728", edgecolor="white", zorder=3)
         axis.annotate(f"{item.share:.0%}", item.position, xytext=(8, 4), textcoords="offset points", fontsize=8.5)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from experiments.common import find_data
 from experiments.fig_5_4 import FILE, PAIRS, selection, settling_sweep
-
 from subgoal.demonstrations.readers import read_recording
 from subgoal.demonstrations.recordings import starting_in
 

@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 import pytest
-from experiments import common, fig_2_1
 
+from experiments import common, fig_2_1
 from subgoal.partition.crp import expected_clusters
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from experiments.common import find_data
 
 import subgoal
+from experiments.common import find_data
 
 CORNERS = {"Line": [(0, 0)], "Angle": [(-25, 39), (0, 0)], "Zshape": [(-3, 40), (-40, 5), (0, 0)]}
 TURNING_PLACES = [

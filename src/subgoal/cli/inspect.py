@@ -12,7 +12,8 @@ from subgoal.cli import options as o
 
 def inspect(
     file: o.File,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for the picture.")] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the picture.")] = Path("out"),
+    y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
     quiet: o.Quiet = False,
     format: o.Format = None,
     position: o.Position = None,
@@ -27,7 +28,7 @@ def inspect(
     rate: o.Rate = None,
     max_gap: o.MaxGap = None,
 ) -> None:
-    """Show counts, rates, gaps and ranges of a recording, with a picture if --out is given.
+    """Show counts, rates, gaps and ranges of a recording, with a picture (recording.png).
 
     Example:
 
@@ -36,6 +37,8 @@ def inspect(
     from subgoal.cli.compose import output_folder
     from subgoal.demonstrations.read import look
     from subgoal.demonstrations.summary import summarise
+    from subgoal.plots.files import save_figure
+    from subgoal.plots.recording import plot_recording
 
     reading = o.given(
         format=format, position=o.words(position), time=time, trajectory=trajectory, scale=scale, units=units,
@@ -45,11 +48,7 @@ def inspect(
     record = look(file, **reading)
     if not quiet:
         print("\n".join(summarise(record).lines()))
-    if out is not None:
-        from subgoal.plots.files import save_figure
-        from subgoal.plots.recording import plot_recording
-
-        with output_folder(out) as folder:
-            save_figure(plot_recording(record), folder, "recording")
-        if not quiet:
-            print(f"Look at {out / 'recording.png'}")
+    with output_folder(out) as folder:
+        save_figure(plot_recording(record, y_down=y_down), folder, "recording")
+    if not quiet:
+        print(f"Look at {out / 'recording.png'}")

@@ -49,6 +49,10 @@ Every = Annotated[int, typer.Option(help="Keep every k-th sample.", rich_help_pa
 Velocity = Annotated[str, typer.Option(help="central, forward or savgol.", rich_help_panel=READING)]
 Window = Annotated[int | None, typer.Option(help="Samples a velocity spans.", rich_help_panel=READING)]
 MaxGap = Annotated[float | None, typer.Option(help="Split trajectories at longer gaps.", rich_help_panel=READING)]
+ThinRadius = Annotated[
+    float | None,
+    typer.Option(help="Drop pairs nearer than this to a kept one of their track.", rich_help_panel=READING),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 
