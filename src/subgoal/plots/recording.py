@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BINS = 40
+EVEN = 1e-6
+"""A relative spread below this is rounding: the values are one value."""
 FULL = 0.99
 """Histograms end at this quantile; what lies above is told."""
 
@@ -82,7 +84,8 @@ def _histogram(figure: Figure, place: tuple[float, float, float, float], values:
     top = float(np.quantile(values, FULL))
     top = float(values.max()) if values.max() <= 1.5 * top else top
     inside = values[values <= top]
-    low, high = limits(inside, 0.02) if np.ptp(inside) == 0 else (float(inside.min()), top)
+    even = np.ptp(inside) <= EVEN * abs(top)
+    low, high = limits(np.array([top]), 0.02) if even else (float(inside.min()), top)
     heights, edges = np.histogram(inside, BINS, (low, high))
     axes.bar(edges[:-1], heights / values.size, np.diff(edges), align="edge", color="#A9C6DD", edgecolor="white",
              linewidth=0.4)  # fmt: skip
