@@ -31,7 +31,7 @@ from subgoal.storage.archive import digest_arrays
 MEMORY_BUDGET = 2**31
 ROUND_SECONDS = {"threading": 0.4}
 OTHER_ROUND_SECONDS = 4.0
-PROBED_ROWS = 16
+PROBED_ROWS = 4
 
 
 class ConvergenceWarning(UserWarning):
