@@ -30,7 +30,7 @@ def example(
     goals = np.zeros((3, dimension))
     goals[:, 0] = [-3, 0, 3]
     goals[1, -1] = 4
-    goal = np.arange(n) * 3 // n
+    goal = np.arange(n) // 7 % 3
     actions = goals[goal] - states
     offset = np.linspace(0, n, trajectories + 1).astype(int)
     demonstrations = Demonstrations.from_arrays(
