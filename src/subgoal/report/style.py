@@ -26,7 +26,7 @@ section, .card {{ background: #fff; border: 1px solid #e4e7ec; border-radius: 10
   .first {{ grid-template-columns: minmax(0, 1.1fr) minmax(0, 1fr); align-items: start; }}
   .pair {{ grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); }}
 }}
-.plot {{ width: 100%; }}
+.plot {{ width: 100%; overflow: hidden; }}
 table {{ border-collapse: collapse; width: 100%; font-size: 13.5px; font-variant-numeric: tabular-nums; }}
 th {{ text-align: left; color: {FAINT}; font-weight: 600; border-bottom: 1px solid #d0d5dd; padding: 4px 6px;
     vertical-align: bottom; }}
