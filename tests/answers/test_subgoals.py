@@ -150,7 +150,5 @@ def test_residuals_of_perfect_and_of_uniform_directions() -> None:
     assert np.median(out.distance) <= 1e-6
     assert np.median(out.transform) <= 1e-6
     assert out.expected.sum() == pytest.approx(1.0, abs=1e-9)
-    table = LogLikelihood.from_table(
-        np.zeros((3, 2)), demonstrations=Demonstrations.from_arrays(np.zeros(3), np.ones(3))
-    )
+    table = LogLikelihood.from_table(np.zeros((3, 2)))
     assert subgoal.residuals(quiet_sample(table, chains=1, draws=2, warmup=0)) is None
