@@ -34,11 +34,13 @@ _HOME = {
     "residuals": "answers.residuals",
     "co_clustering": "answers.partition",
     "point_partition": "answers.partition",
+    "report": "reporting.page",
+    "write_results": "reporting.results",
     "SubgoalError": "runtime.errors",
 }
 """Public names and the module each lives in; nothing heavy loads before it is used."""
 
-__all__ = ["__version__", "report", "samplers", *_HOME]
+__all__ = ["__version__", "samplers", *_HOME]
 
 
 def __getattr__(name: str) -> Any:

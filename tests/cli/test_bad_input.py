@@ -94,7 +94,7 @@ def test_old_results_stay_whole_when_a_later_step_fails(subgoal, corner: Path, t
     def full_disk(*arguments: object, **options: object) -> None:
         raise OSError("no space left on device")
 
-    monkeypatch.setattr("subgoal.report.results.report", full_disk)
+    monkeypatch.setattr("subgoal.reporting.results.report", full_disk)
     answer = subgoal("learn", corner, "-i", "id", "--out", out, "--confidence", "9", *QUICK)
     assert answer.code == 2
     assert "no space left" in answer.err

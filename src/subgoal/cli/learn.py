@@ -128,7 +128,7 @@ def learn_file(
     from subgoal.demonstrations.metric import Metric
     from subgoal.demonstrations.read import read
     from subgoal.posterior.sample import ConvergenceWarning, sample
-    from subgoal.report.results import write_results
+    from subgoal.reporting.results import write_results
     from subgoal.runtime.progress import progress_display
 
     demonstrations = read(file, **reading)

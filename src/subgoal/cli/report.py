@@ -24,7 +24,7 @@ def report(
     """
     from subgoal.cli.table import print_results
     from subgoal.posterior.archive import load
-    from subgoal.report.results import write_results
+    from subgoal.reporting.results import write_results
 
     posterior = load(folder / "posterior.npz")
     results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)

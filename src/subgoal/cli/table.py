@@ -10,7 +10,7 @@ from rich.table import Table
 
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
-from subgoal.report.results import Results
+from subgoal.reporting.results import Results
 
 
 def print_results(posterior: Posterior, results: Results, folder: Path) -> None:

@@ -12,8 +12,8 @@ import pytest
 from subgoal.plots.style import colour
 from subgoal.plots.words import headline
 from subgoal.posterior.diagnostics import Status
-from subgoal.report import report
-from subgoal.report.safe import script_json
+from subgoal.reporting import report
+from subgoal.reporting.safe import script_json
 from tests.plots.example import EVIL, example
 
 

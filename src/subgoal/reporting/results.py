@@ -17,7 +17,7 @@ from subgoal.answers.subgoals import Subgoals, subgoals
 from subgoal.posterior.archive import save
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
-from subgoal.report.page import report
+from subgoal.reporting.page import report
 from subgoal.runtime.errors import InputError
 
 

@@ -15,7 +15,7 @@ from subgoal.plots.strips import MOST_ROWS, strip_bars
 from subgoal.plots.style import INK, PALETTE, colour
 from subgoal.plots.words import percent
 from subgoal.posterior.posterior import Posterior
-from subgoal.report.safe import label
+from subgoal.reporting.safe import label
 
 Figure = dict[str, Any]
 

@@ -12,8 +12,8 @@ from subgoal.plots.shown import Shown, clock_of, ends_of, places_of, shown
 from subgoal.plots.style import INK, PATH_COLOUR, colour, ink_on, with_unit
 from subgoal.plots.words import decimals, extent_of, marker_label, percent
 from subgoal.posterior.posterior import Posterior
-from subgoal.report.interactive import Figure, axis, layout
-from subgoal.report.safe import label
+from subgoal.reporting.interactive import Figure, axis, layout
+from subgoal.reporting.safe import label
 from subgoal.runtime.checks import Floats
 
 MOST_POINTS = 5_000

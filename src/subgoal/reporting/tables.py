@@ -11,7 +11,7 @@ from subgoal.answers.subgoals import COUNTED_FROM, CREDIBLE, LISTED_FROM, Subgoa
 from subgoal.plots.style import colour, ink_on, with_unit
 from subgoal.plots.words import compact, decimals, extent_of, percent, trajectories
 from subgoal.posterior.posterior import Posterior
-from subgoal.report.safe import text
+from subgoal.reporting.safe import text
 
 MOST_SEGMENTS = 200
 MEANINGS = (

@@ -1,5 +1,5 @@
 """One self-contained HTML page of a posterior."""
 
-from subgoal.report.page import report
+from subgoal.reporting.page import report
 
 __all__ = ["report"]

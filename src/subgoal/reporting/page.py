@@ -13,11 +13,11 @@ from subgoal.answers.subgoals import Subgoals, subgoals
 from subgoal.plots.words import certainty, headline, reading, sure
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
-from subgoal.report.interactive import count_figure, residual_figures, strip_figure, trace_figure
-from subgoal.report.safe import script_json, text
-from subgoal.report.scene import scene_figure
-from subgoal.report.style import CSS
-from subgoal.report.tables import diagnostics_table, meanings, provenance_table, segment_table, subgoal_table
+from subgoal.reporting.interactive import count_figure, residual_figures, strip_figure, trace_figure
+from subgoal.reporting.safe import script_json, text
+from subgoal.reporting.scene import scene_figure
+from subgoal.reporting.style import CSS
+from subgoal.reporting.tables import diagnostics_table, meanings, provenance_table, segment_table, subgoal_table
 
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; "
