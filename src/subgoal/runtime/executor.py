@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from subgoal.runtime.checks import whole
+from subgoal.runtime.errors import InputError, MissingExtraError
+
+BACKENDS = ("threading", "loky", "dask")
 
 
 def worker_count(workers: int | None) -> int:
@@ -19,7 +22,17 @@ def worker_count(workers: int | None) -> int:
 def run_all(
     function: Callable[..., Any], jobs: Iterable[tuple[Any, ...]], *, workers: int | None, backend: str = "threading"
 ) -> list[Any]:
-    """``function(*job)`` for every job, in order. ``backend`` is any joblib backend ("threading", "loky", "dask")."""
-    from joblib import Parallel, delayed
+    """``function(*job)`` for every job, in order: in threads, in processes ("loky"), or on a connected Dask cluster."""
+    from joblib import Parallel, delayed, parallel_config
 
-    return list(Parallel(n_jobs=worker_count(workers), backend=backend)(delayed(function)(*job) for job in jobs))
+    if backend not in BACKENDS:
+        raise InputError("backend", found=repr(backend), wanted=", ".join(map(repr, BACKENDS)))
+    try:
+        config = parallel_config(backend, n_jobs=worker_count(workers))
+    except ImportError:
+        raise MissingExtraError("distributed", "dask") from None
+    except ValueError as problem:
+        hint = "dask.distributed.Client(address) before sampling"
+        raise InputError("backend", found=str(problem), wanted="a connected Dask client", hint=hint) from None
+    with config:
+        return list(Parallel()(delayed(function)(*job) for job in jobs))
