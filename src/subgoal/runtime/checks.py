@@ -27,13 +27,12 @@ def real_array(what: str, value: Any, *, ndim: int | tuple[int, ...], finite: bo
     Raises ``InputError`` naming the first offending index for NaN and infinity.
     """
     try:
-        array = np.ascontiguousarray(np.asarray(value), dtype=np.float64)
+        given = np.asarray(value)
+        if np.iscomplexobj(given):
+            raise TypeError("complex")
+        array = np.ascontiguousarray(given, dtype=np.float64).reshape(given.shape)
     except (TypeError, ValueError) as problem:
         raise InputError(what, found=f"{type(value).__name__} ({problem})", wanted="real numbers") from None
-    if np.iscomplexobj(value):
-        raise InputError(what, found="complex numbers", wanted="real numbers")
-    if np.ndim(value) == 0:
-        array = array.reshape(())
     wanted = (ndim,) if isinstance(ndim, int) else ndim
     if array.ndim not in wanted:
         shape = " or ".join(f"{n} dimension{'s' if n != 1 else ''}" for n in wanted)
@@ -41,8 +40,6 @@ def real_array(what: str, value: Any, *, ndim: int | tuple[int, ...], finite: bo
     if finite and not np.isfinite(array).all():
         index = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise InputError(what, where=f"index {index}", found=array[index], wanted="a finite number")
-    if array is value or np.shares_memory(array, value if isinstance(value, np.ndarray) else array):
-        array = array.view()
     return frozen(array)
 
 
