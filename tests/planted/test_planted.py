@@ -1,0 +1,81 @@
+"""Testing the tests: every planted bug is noticed by the test that is named for it, and without it that test passes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.planted.bugs import BUGS, Bug
+
+ROOT = Path(__file__).parents[2]
+LEAST = 25
+TESTS_FAILED = 1
+"""pytest's exit status when tests ran and some failed; errors of collection or usage have others."""
+
+
+def test_the_library_is_large_and_names_each_bug_once() -> None:
+    assert len(BUGS) >= LEAST
+    assert len({bug.name for bug in BUGS}) == len(BUGS)
+
+
+@pytest.mark.parametrize("bug", BUGS, ids=lambda bug: bug.name)
+def test_every_bug_still_has_its_place(bug: Bug) -> None:
+    text = (ROOT / "src" / "subgoal" / bug.file).read_text()
+    assert text.count(bug.right) == 1
+    assert bug.wrong != bug.right
+    assert (ROOT / "tests" / bug.test.split("::")[0]).exists()
+
+
+CALLED_BY_OTHER_LOOPS = ("_kernels/counts.py", "_kernels/draws.py")
+"""Their compiled callers keep what they were compiled with, so that bugs in them are tested without compilation."""
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package, with the loops that the named tests need compiled once in ``loops`` beside it."""
+    folder = tmp_path_factory.mktemp("planted")
+    shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
+    done = run_tests(folder, folder / "loops", *sorted({bug.test for bug in BUGS}))
+    assert done.returncode == 0, done.stdout[-3000:]
+    return folder
+
+
+def run_tests(folder: Path, loops: Path, *tests: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """pytest on the copy, in a process of its own; ``loops`` keeps what is compiled."""
+    paths = {"PYTHONPATH": str(folder / "src"), "NUMBA_CACHE_DIR": str(loops), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not t2"]
+    return subprocess.run(
+        [*command, *(f"tests/{test}" for test in tests)], cwd=ROOT, env={**os.environ, **paths, **environment},
+        capture_output=True, text=True,
+    )  # fmt: skip
+
+
+@pytest.mark.t2
+def test_the_copy_is_what_is_tested(copy: Path) -> None:
+    """That every named test passes without a bug was seen when the copy was made."""
+    found = subprocess.run(
+        [sys.executable, "-c", "import subgoal; print(subgoal.__file__)"], cwd=ROOT, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": str(copy / "src")},
+    )  # fmt: skip
+    assert Path(found.stdout.strip()).is_relative_to(copy)
+
+
+@pytest.mark.t2
+@pytest.mark.parametrize("bug", BUGS, ids=lambda bug: bug.name)
+def test_every_bug_is_noticed(bug: Bug, copy: Path, tmp_path: Path) -> None:
+    """The loops compiled for the copy are given to each run anew: only those of a changed file are compiled again."""
+    place = copy / "src" / "subgoal" / bug.file
+    right, when = place.read_text(), place.stat().st_mtime_ns
+    loops = shutil.copytree(copy / "loops", tmp_path / "loops")
+    try:
+        place.write_text(right.replace(bug.right, bug.wrong))
+        done = run_tests(copy, loops, bug.test, NUMBA_DISABLE_JIT=str(int(bug.file in CALLED_BY_OTHER_LOOPS)))
+    finally:
+        place.write_text(right)
+        os.utime(place, ns=(when, when))
+    assert done.returncode == TESTS_FAILED, done.stdout[-3000:]
