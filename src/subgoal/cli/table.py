@@ -34,8 +34,9 @@ def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
         f"{found.n_subgoals} subgoals hold at least 5 % of {demos.n_observations} observations "
         f"in {demos.n_trajectories} trajectories ({len(results.cut)} segments)",
         markup=False,
+        soft_wrap=True,
     )
     console.print(table)
     colour = "green" if posterior.status is Status.CONVERGED else "red"
-    console.print(posterior.status.value, style=colour, markup=False)
-    console.print(f"Look at {folder / 'report.html'}", markup=False)
+    console.print(posterior.status.value, style=colour, markup=False, soft_wrap=True)
+    console.print(f"Look at {folder / 'report.html'}", markup=False, soft_wrap=True)
