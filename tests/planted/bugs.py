@@ -45,7 +45,7 @@ SAMPLERS = [
     Bug("table sizes include the customer", ALG4, "work[j] = size[order[j]] *",
         "work[j] = (size[order[j]] + (order[j] == slot)) *", TABLES),
     Bug("prior forgotten in dishes", ALG4, "exp(row[g] + log_prior[g] - peak) if product",
-        "exp(row[g] - peak) if product", GEWEKE + "[alg4_corrected]"),
+        "exp(row[g] - peak) if product", TABLES),
     Bug("constant dropped from the log joint", COUNTS, "lgamma(counts[g] + mass) - lgamma(mass)",
         "lgamma(counts[g] + mass)", LAW),
     Bug("a chain reuses a stream", "runtime/seeds.py", "spawn_key=identity", "spawn_key=()",

@@ -63,11 +63,10 @@ def test_ranks_are_uniform(sampler) -> None:
 
 
 @pytest.mark.t2
-@pytest.mark.parametrize("sampler", SHIPPED, ids=lambda s: s.__name__)
 @pytest.mark.parametrize(
-    ("name", "planted"),
-    [("tempered", lambda t: replace(t, dense=0.8 * t.dense)),
-     ("prior forgotten", lambda t: replace(t, log_prior=np.full(t.n_candidates, -np.log(t.n_candidates))))],
+    ("sampler", "name", "planted"),
+    [(SHIPPED[0], "tempered", lambda t: replace(t, dense=0.8 * t.dense)),
+     (SHIPPED[1], "prior", lambda t: replace(t, log_prior=np.full(t.n_candidates, -np.log(t.n_candidates))))],
     ids=["tempered", "prior-forgotten"],
 )  # fmt: skip
 def test_planted_errors_spoil_the_ranks(sampler, name: str, planted) -> None:

@@ -98,6 +98,7 @@ def test_a_sweep_leaves_the_joint_law(sampler, prior: np.ndarray) -> None:
     assert gap <= LIMIT, name
 
 
+@pytest.mark.t2
 @pytest.mark.parametrize("sampler", [samplers.alg4_literal_fresh_draw, samplers.alg4_literal_sum])
 def test_the_printed_forms_are_noticed(sampler, prior: np.ndarray) -> None:
     """Line 14 and (4.12) as printed: beyond what the shipped samplers are allowed with a quarter of the draws."""
@@ -105,6 +106,7 @@ def test_the_printed_forms_are_noticed(sampler, prior: np.ndarray) -> None:
     assert gap[0] >= 1.3 * LIMIT
 
 
+@pytest.mark.t2
 @pytest.mark.parametrize("sampler", SHIPPED, ids=lambda s: s.__name__)
 @pytest.mark.parametrize(
     ("name", "planted"),
