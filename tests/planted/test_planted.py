@@ -14,6 +14,8 @@ from tests.planted.bugs import BUGS, Bug
 
 ROOT = Path(__file__).parents[2]
 LEAST = 25
+LONGEST = 300
+"""Seconds after which a run is stopped, so that no bug runs on for ever."""
 TESTS_FAILED = 1
 """pytest's exit status when tests ran and some failed; errors of collection or usage have others."""
 
@@ -51,7 +53,7 @@ def run_tests(folder: Path, loops: Path, *tests: str, **environment: str) -> sub
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not t2"]
     return subprocess.run(
         [*command, *(f"tests/{test}" for test in tests)], cwd=ROOT, env={**os.environ, **paths, **environment},
-        capture_output=True, text=True,
+        capture_output=True, text=True, timeout=LONGEST,
     )  # fmt: skip
 
 

@@ -120,7 +120,7 @@ def test_memory_is_refused_before_it_is_taken() -> None:
     assert likelihood.is_dense
     tracemalloc.start()
     with pytest.raises(BudgetError, match="memory_budget") as caught:
-        subgoal.sample(likelihood, memory_budget=10 * 2**20)
+        subgoal.sample(likelihood, memory_budget=10 * 2**20, chains=1, draws=1, warmup=0, thin=1)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert caught.value.needed > 16 * 80 * 251_001
