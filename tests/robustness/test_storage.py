@@ -153,6 +153,20 @@ def test_every_bit_of_the_headers_may_flip(saved: Path, tmp_path: Path) -> None:
     assert noticed >= 100
 
 
+@pytest.mark.parametrize("name", ["actions", "offset", "header"])
+def test_arrays_changed_behind_the_checksum(name: str, saved: Path) -> None:
+    """A file that is a whole zip of whole arrays, one of which is no longer the one that was saved."""
+    with np.load(saved) as archive:
+        members = dict(archive)
+    if name == "header":
+        members[name] = np.frombuffer(members[name].tobytes().replace(b"NOT_CONVERGED", b"CONVERGED"), np.uint8)
+        members[name] = np.frombuffer(members[name].tobytes().replace(b"FEW_CHAINS", b"CONVERGED"), np.uint8)
+    else:
+        members[name] = members[name][::-1]
+    np.savez(saved, **members)
+    assert "a wrong checksum" in str(refused(saved))
+
+
 def test_missing_file_directory_and_other_files(tmp_path: Path) -> None:
     assert "no such file" in str(refused(tmp_path / "none.npz"))
     refused(tmp_path)
