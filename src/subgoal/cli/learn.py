@@ -97,7 +97,7 @@ def learn(
         format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
         scale=scale, units=units, clock=clock, likelihood=likelihood, min_likelihood=min_likelihood,
         bodypart=bodypart, start_within=o.box(start_within), rate=rate, every=every, velocity=velocity,
-        window=window, max_gap=max_gap, thin=thin_radius,
+        window=window, max_gap=max_gap, thin=thin_radius, period=o.numbers("--period", period),
     )  # fmt: skip
     places = o.given(file=candidates, epsilon=epsilon, grid=grid)
     table = {"confidence": confidence, "controller": controller, "gain": gain, "speed_limit": speed_limit}

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from subgoal.demonstrations.angles import unwrapped, wrapped
+from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.recordings import resample, select_trajectories, split_at_gaps
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.demonstrations.thinning import thin as thin_pairs
@@ -23,6 +26,7 @@ def demonstrate(
     window: int | None = None,
     max_gap: float | None = None,
     thin: float | None = None,
+    period: Sequence[float] | None = None,
 ) -> Demonstrations:
     """States and velocities of a recording.
 
@@ -45,6 +49,9 @@ def demonstrate(
         Cut where samples lie farther apart than this many ``time_unit``.
     thin:
         Radius in ``units``: drop a pair whose state is this close to a kept one of the same trajectory.
+    period:
+        (d,) length after which a dimension wraps (2π for radians), infinity where it does not. Resampling and
+        velocities then go the shorter way round.
 
     Returns
     -------
@@ -64,6 +71,8 @@ def demonstrate(
     recording = select_trajectories(
         recording, lengths >= 2, recording.source.noting(trajectories_of_one_sample_dropped=short)
     )
+    recorded = recording.positions
+    recording = recording if period is None else unwrapped(recording, period)
     recording = recording if rate is None else resample(recording, rate)
     if recording.actions is not None:
         rows, actions = np.arange(len(recording.times)), recording.actions
@@ -72,7 +81,10 @@ def demonstrate(
     within = rows - np.repeat(recording.offset[:-1], np.diff(recording.offset))[rows]
     kept = within % every == 0
     demos = _pairs(recording, rows[kept], actions[kept])
-    return demos if thin is None else thin_pairs(demos, thin)
+    if period is not None:
+        demos = wrapped(demos, period, recorded)
+    metric = Metric.of(recorded.shape[1], period=period)
+    return demos if thin is None else thin_pairs(demos, thin, metric)
 
 
 def _choice(velocity: str, window: Any, every: int) -> tuple[Velocity, int]:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.prepare import demonstrate
 from subgoal.demonstrations.readers import PAIRS, RECORDINGS, format_of, known_options, read_recording
 from subgoal.demonstrations.readers import accepted as options_of
@@ -25,6 +28,7 @@ def read(
     max_gap: float | None = None,
     thin: float | None = None,
     start_within: Sequence[tuple[float, float]] | None = None,
+    period: Sequence[float] | None = None,
     **options: Any,
 ) -> Demonstrations:
     """Read a file and make state-action pairs of it: ``read_recording`` followed by ``demonstrate``.
@@ -35,7 +39,7 @@ def read(
         The file.
     format:
         "csv", "npz", ...; found out if not given.
-    rate, every, velocity, window, max_gap, thin:
+    rate, every, velocity, window, max_gap, thin, period:
         As in ``demonstrate``. ``rate`` and ``max_gap`` also go to readers that take them: for a file without a
         clock, ``rate`` is how many samples or frames there are in a second.
     start_within:
@@ -60,13 +64,15 @@ def read(
         unused = {"rate": rate, "window": window, "max_gap": max_gap, "start_within": start_within}
         _refuse_unused(chosen, unused | {"every": every != 1 or None, "velocity": velocity != "central" or None})
         demos = PAIRS[chosen](path, **known_options(PAIRS[chosen], options))
-        return demos if thin is None else thin_pairs(demos, thin)
+        metric = None if period is None else Metric.of(np.shape(demos.states)[-1], period=period)
+        return demos if thin is None else thin_pairs(demos, thin, metric)
     recording = _recording(path, chosen, {"rate": rate, "max_gap": max_gap}, options)
     if start_within is not None:
         recording = starting_in(recording, *_bounds(start_within))
     return demonstrate(
         recording,
         rate=rate, every=every, velocity=velocity, window=window, max_gap=max_gap, thin=thin,
+        period=period,
     )  # fmt: skip
 
 
