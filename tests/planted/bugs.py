@@ -50,7 +50,8 @@ SAMPLERS = [
         "lgamma(counts[g] + mass)", LAW),
     Bug("a chain reuses a stream", "runtime/seeds.py", "spawn_key=identity", "spawn_key=()",
         DRAWS + "::test_chains_and_seeds_differ"),
-    Bug("chains hang on how many there are", SAMPLE, "stream(seed, k)", "stream(seed, settings.chains - k)",
+    Bug("chains hang on how many there are", SAMPLE, "stream(settings.seed, k)",
+        "stream(settings.seed, settings.chains - k)",
         DRAWS + "::test_chain_k_of_four_is_chain_k_of_eight"),
 ]  # fmt: skip
 LIKELIHOODS = [
@@ -85,14 +86,15 @@ LIKELIHOODS = [
         "ends = np.arange(0)", "candidates/test_candidates.py::test_net_covers_and_keeps_its_distance_and_every_end"),
 ]  # fmt: skip
 RESULTS = [
-    Bug("thinning off by one", SAMPLE, "((after + 1) % self._settings.thin == 0)", "(after % self._settings.thin == 0)",
+    Bug("thinning off by one", "posterior/rounds.py",
+        "((after + 1) % self._settings.thin == 0)", "(after % self._settings.thin == 0)",
         DRAWS + "::test_thin_and_warmup_choose_from_the_same_chain"),
     Bug("traces kept at the wrong sweeps", SAMPLE, "slice(settings.warmup + settings.thin - 1, None",
         "slice(settings.warmup, None", LAW),
     Bug("shares per chain", SAMPLE, "tally / joint.size", "tally / joint.shape[1]", LAW),
     Bug("last draw instead of the best", "posterior/chains.py", "if kept_joint.max() > self.best[0]:", "if True:", LAW),
-    Bug("budget ignored", SAMPLE, 'if needed > positive("memory_budget", budget):',
-        'if needed > 1e3 * positive("memory_budget", budget):', DRAWS + "::test_memory_is_refused_before_it_is_taken"),
+    Bug("budget ignored", "posterior/memory.py", 'budget = positive("memory_budget", budget)',
+        'budget = 1e3 * positive("memory_budget", budget)', DRAWS + "::test_memory_is_refused_before_it_is_taken"),
     Bug("single linkage", "answers/subgoals.py", 'method="complete"', 'method="single"', SUBGOALS),
     Bug("credible set of 90 %", "answers/subgoals.py", "CREDIBLE = 0.95", "CREDIBLE = 0.9", SUBGOALS),
     Bug("counted without merging", "answers/subgoals.py", "counted = (per_draw >= COUNTED_FROM)",
@@ -127,7 +129,7 @@ FILES = [
     Bug("an interrupted run loses its checkpoint", SAMPLE, "complete = records[0].sweeps == settings.sweeps",
         "complete = True", RESUME + "::test_interrupted_runs_keep_their_checkpoint"),
     Bug("half of the draws given as all", "posterior/chains.py",
-        "self.whole = self.whole and len(self._draws[0]) == len(self._sizes)", "",
+        'if len(held["draws"]) != len(self._sizes):', "if False:",
         RESUME + "::test_another_memory_budget_never_gives_half_of_the_draws"),
 ]  # fmt: skip
 BUGS = [*SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES]

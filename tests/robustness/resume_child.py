@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from subgoal.posterior import checkpoint, sample
+from subgoal.posterior import checkpoint, rounds
 from tests.posterior.worlds import quiet_sample, table
 
 RUN = {"chains": 2, "warmup": 20, "thin": 3, "seed": 5}
@@ -50,7 +50,7 @@ def kill_at(write: int, where: str) -> None:
 
 def main(path: str, out: str, how: str, draws: str) -> None:
     checkpoint.EVERY, checkpoint.LARGEST_COST = 0.0, 1e9
-    sample.ROUND_SECONDS["threading"] = 0.01
+    rounds.ROUND_SECONDS["threading"] = 0.01
     if how.startswith("kill:"):
         _, write, where = how.split(":")
         kill_at(int(write), where)

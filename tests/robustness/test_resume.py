@@ -19,7 +19,7 @@ import subgoal
 from subgoal.candidates import Candidates
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior import checkpoint as checkpoints
-from subgoal.posterior import sample as sampling
+from subgoal.posterior import rounds
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.errors import InputError, StorageError, SubgoalError
 from subgoal.storage.archive import previous
@@ -95,7 +95,7 @@ def often(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short rounds and a checkpoint after each."""
     monkeypatch.setattr(checkpoints, "EVERY", 0.0)
     monkeypatch.setattr(checkpoints, "LARGEST_COST", 1e9)
-    monkeypatch.setitem(sampling.ROUND_SECONDS, "threading", 0.01)
+    monkeypatch.setitem(rounds.ROUND_SECONDS, "threading", 0.01)
 
 
 @pytest.fixture
@@ -148,7 +148,7 @@ def test_other_settings_are_refused_by_name(name: str, settings: dict[str, Any],
 
 
 def test_another_version_is_refused_by_name(stopped: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sampling, "VERSION", "0.0.0")
+    monkeypatch.setattr("subgoal.posterior.sample.VERSION", "0.0.0")
     with pytest.raises(StorageError, match="setting 'version'"):
         again(stopped)
 

@@ -14,15 +14,19 @@ from subgoal.runtime.checks import Floats, Ints
 
 
 class ChainRecord:
-    """Traces, draws, counts and shares of one chain, added to in place; ``arrays`` and ``restore`` for checkpoints."""
+    """Traces, draws, counts and shares of one chain, added to in place; ``arrays`` and ``restore`` for checkpoints.
 
-    def __init__(self, n_observations: int, n_candidates: int, generator: np.random.Generator, whole: bool) -> None:
+    ``room`` (draws, N) is where its assignments go, or None when they are not held.
+    """
+
+    def __init__(
+        self, n_observations: int, n_candidates: int, generator: np.random.Generator, room: Int32s | None
+    ) -> None:
         self.generator = generator
         self.state: Arrays | None = None
         self.shape = (n_observations, n_candidates)
-        self.whole = whole
+        self.room = room
         self._traces: dict[str, list[NDArray[Any]]] = {"n_active": [], "log_likelihood": [], "log_joint": []}
-        self._draws: list[Int32s] = []
         self._candidates: list[Ints] = []
         self._counts: list[Ints] = []
         self._sizes: list[int] = []
@@ -44,6 +48,8 @@ class ChainRecord:
             return
         if kept_joint.max() > self.best[0]:
             self.best = (float(kept_joint.max()), draws[int(np.argmax(kept_joint))].copy())
+        if self.room is not None:
+            self.room[len(self._sizes) : len(self._sizes) + len(draws)] = draws
         for theta in draws:
             count = np.bincount(theta, minlength=self.shape[1])
             used = np.flatnonzero(count)
@@ -54,8 +60,6 @@ class ChainRecord:
         self.tally = self.tally + sparse.csr_array(
             (np.ones(rows.size, np.int64), (rows, draws.ravel())), shape=self.shape
         )
-        if self.whole:
-            self._draws.append(draws)
 
     def trace(self, name: str) -> NDArray[Any]:
         """(sweeps,) "n_active", "log_likelihood" or "log_joint"."""
@@ -63,8 +67,8 @@ class ChainRecord:
 
     @property
     def draws(self) -> Int32s:
-        """(kept, N) assignments; (0, N) when they are not held."""
-        return np.concatenate([np.empty((0, self.shape[0]), np.int32), *self._draws])
+        """(kept, N) assignments, a part of ``room``; (0, N) when they are not held."""
+        return np.empty((0, self.shape[0]), np.int32) if self.room is None else self.room[: len(self._sizes)]
 
     @property
     def count_rows(self) -> tuple[Ints, Ints, Ints]:
@@ -84,9 +88,11 @@ class ChainRecord:
         """Take the place of the chain whose ``arrays`` these are."""
         self._traces = {name: [held[f"trace_{name}"]] for name in self._traces}
         self.state = {name[6:]: value for name, value in held.items() if name.startswith("state_")} or None
-        self._draws = [held["draws"].astype(np.int32)]
         self._sizes = held["sizes"].tolist()
-        self.whole = self.whole and len(self._draws[0]) == len(self._sizes)
+        if len(held["draws"]) != len(self._sizes):
+            self.room = None
+        if self.room is not None:
+            self.room[: len(self._sizes)] = held["draws"]
         self._candidates, self._counts = [held["candidates"]], [held["counts"]]
         self.tally = sparse.csr_array(
             (held["tally_data"], held["tally_indices"], held["tally_indptr"]), shape=self.shape

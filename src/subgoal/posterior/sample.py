@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +14,16 @@ from scipy import sparse
 
 from subgoal.likelihood.table import FixedTable, LogLikelihood
 from subgoal.partition.collapsed_blocks import collapsed_blocks
-from subgoal.partition.crp import expected_clusters
-from subgoal.partition.protocol import Chain, Sampler, Stretch
+from subgoal.partition.protocol import Int32s, Sampler
 from subgoal.posterior.chains import ChainRecord
 from subgoal.posterior.checkpoint import Checkpoint
 from subgoal.posterior.diagnostics import LARGEST_SHARES, Status, gate
+from subgoal.posterior.memory import allocate, holds_assignments, refuse_above_budget
 from subgoal.posterior.posterior import CountDraws, Posterior, Settings
-from subgoal.runtime.checks import Bools, Floats, positive, whole
-from subgoal.runtime.errors import BudgetError, InputError, StoppedError
-from subgoal.runtime.executor import run_all, worker_count
+from subgoal.posterior.rounds import Rounds
+from subgoal.runtime.checks import Floats, positive, whole
+from subgoal.runtime.errors import InputError, StoppedError
+from subgoal.runtime.executor import worker_count
 from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
 from subgoal.runtime.seeds import stream
@@ -29,9 +31,6 @@ from subgoal.runtime.version import VERSION
 from subgoal.storage.archive import digest_arrays
 
 MEMORY_BUDGET = 2**31
-ROUND_SECONDS = {"threading": 0.4}
-OTHER_ROUND_SECONDS = 4.0
-PROBED_ROWS = 4
 
 
 class ConvergenceWarning(UserWarning):
@@ -95,29 +94,30 @@ def sample(
         Resuming from a checkpoint of other settings or data, or a torn one.
     """
     settings = Settings(
-        sampler.__name__, positive("concentration", concentration), likelihood.confidence, whole("chains", chains),
+        _name(sampler), positive("concentration", concentration), likelihood.confidence, whole("chains", chains),
         whole("draws", draws), whole("warmup", warmup, least=0), whole("thin", thin), whole("seed", seed, least=0),
-        likelihood.source.kind, _checksum(likelihood), VERSION,
+        likelihood.source.kind, "", VERSION,
     )  # fmt: skip
-    _refuse_above_budget(likelihood, settings, memory_budget)
+    refuse_above_budget(likelihood, settings, memory_budget)
     begin = time.monotonic()
-    likelihood.log_marginal  # noqa: B018  (an impossible observation is refused before anything runs)
-    keep_whole = 4.0 * settings.chains * settings.draws * likelihood.n_observations <= memory_budget / 4
-    shape = likelihood.n_observations, likelihood.n_candidates
-    records = [ChainRecord(*shape, stream(seed, k), keep_whole) for k in range(settings.chains)]
+    settings = replace(settings, data=_checksum(likelihood))
+    n, g_count = likelihood.n_observations, likelihood.n_candidates
+    held = holds_assignments(n, settings, memory_budget)
+    room = allocate((settings.chains, settings.draws, n)) if held else None
+    records = [
+        ChainRecord(n, g_count, stream(settings.seed, k), None if room is None else room[k])
+        for k in range(settings.chains)
+    ]
     keeper = Checkpoint(Path(checkpoint), settings) if checkpoint is not None else None
     if resume:
         _resume(keeper, records)
-    run = _Run(likelihood, sampler, settings, worker_count(workers), backend)
-    with Interrupt() as interrupt, progress or Silent() as display:
-        while not interrupt.requested and run.advance(records):
-            display.update(run.done(records), settings.sweeps * settings.chains)
-            if keeper is not None:
-                keeper.write_if_due(records)
+    likelihood.relative  # noqa: B018  (made once, here, for all chains)
+    rounds = Rounds(likelihood, sampler, settings, workers=worker_count(workers), backend=backend, budget=memory_budget)
+    _advance(rounds, records, keeper, progress or Silent(), settings.sweeps * settings.chains)
     complete = records[0].sweeps == settings.sweeps
     if keeper is not None and not complete:
         keeper.write(records)
-    posterior = _assemble(likelihood, settings, records, time.monotonic() - begin)
+    posterior = _assemble(likelihood, settings, records, room, time.monotonic() - begin)
     if keeper is not None and complete:
         keeper.remove()
     if posterior.status is not Status.CONVERGED:
@@ -125,71 +125,36 @@ def sample(
     return posterior
 
 
-class _Run:
-    """Rounds of sweeps over all chains, each short enough to look up between them."""
-
-    def __init__(
-        self, likelihood: LogLikelihood, sampler: Sampler, settings: Settings, workers: int, backend: str
-    ) -> None:
-        self._likelihood, self._sampler, self._settings = likelihood, sampler, settings
-        self._workers, self._backend = workers, backend
-        self._target = ROUND_SECONDS.get(backend, OTHER_ROUND_SECONDS)
-        self._length = 1
-
-    def done(self, records: Sequence[ChainRecord]) -> int:
-        """Sweeps done over all chains."""
-        return sum(record.sweeps for record in records)
-
-    def advance(self, records: list[ChainRecord]) -> bool:
-        """One round; False when there is nothing left to do."""
-        first = records[0].sweeps
-        length = min(self._length, self._settings.sweeps - first)
-        if length <= 0:
-            return False
-        keep = self._kept(first, length)
-        begin = time.monotonic()
-        jobs = [
-            (self._sampler, Chain(self._likelihood, self._settings.concentration, r.generator, r.state), keep)
-            for r in records
-        ]
-        answers = run_all(_advance_chain, jobs, workers=self._workers, backend=self._backend)
-        for record, (stretch, generator) in zip(records, answers, strict=True):
-            record.generator = generator
-            record.add(stretch, stretch.log_joint[keep])
-        pace = (time.monotonic() - begin) / length
-        self._length = max(1, min(8 * length, int(self._target / max(pace, 1e-9))))
-        return True
-
-    def _kept(self, first: int, length: int) -> Bools:
-        after = np.arange(first, first + length) - self._settings.warmup
-        return np.asarray((after >= 0) & ((after + 1) % self._settings.thin == 0))
+def _advance(
+    rounds: Rounds, records: list[ChainRecord], keeper: Checkpoint | None, display: Progress, total: int
+) -> None:
+    """Rounds until all is done or Ctrl-C; workers that Ctrl-C ended lose their last round and nothing else."""
+    with Interrupt() as interrupt, display:
+        try:
+            while not interrupt.requested and rounds.advance(records):
+                display.update(rounds.done(records), total)
+                if keeper is not None:
+                    keeper.write_if_due(records)
+        except (Exception, KeyboardInterrupt):
+            if not interrupt.requested:
+                raise
 
 
-def _advance_chain(sampler: Sampler, chain: Chain, keep: Bools) -> tuple[Stretch, np.random.Generator]:
-    return sampler(chain, keep), chain.generator
+def _name(sampler: Sampler) -> str:
+    if not callable(sampler):
+        raise InputError("sampler", found=repr(sampler), wanted="a function, such as subgoal.samplers.collapsed_blocks")
+    return str(getattr(sampler, "__name__", type(sampler).__name__))
 
 
 def _checksum(likelihood: LogLikelihood) -> str:
-    """One checksum of what the table is made from: given numbers in full, a computed table by some of its rows."""
+    """One checksum of what the table is made from: given numbers in full, a computed table by its marginals."""
     demos, candidates, source = likelihood.demonstrations, likelihood.candidates, likelihood.source
-    if isinstance(source, FixedTable):
-        probe = source.values
-    else:
-        rows = np.unique(np.linspace(0, likelihood.n_observations - 1, PROBED_ROWS).astype(int))
-        probe = np.concatenate([likelihood.rows(i, i + 1) for i in rows])
+    marginal = likelihood.log_marginal
+    probe = source.values if isinstance(source, FixedTable) else marginal
     return digest_arrays(
         demos.states, demos.actions, demos.offset, candidates.points, candidates.log_prior, candidates.radius,
         candidates.metric.weights, candidates.metric.period, probe,
     )  # fmt: skip
-
-
-def _refuse_above_budget(likelihood: LogLikelihood, settings: Settings, budget: float) -> None:
-    n, g_count = likelihood.n_observations, likelihood.n_candidates
-    table = 16.0 * n * g_count if likelihood.is_dense else 0.0
-    sums = settings.chains * g_count * (64 + 2 * expected_clusters(n, settings.concentration)) * 8
-    needed = table + sums + settings.chains * (100.0 * n + 8 * 3 * settings.sweeps)
-    if needed > positive("memory_budget", budget):
-        raise BudgetError("sample", needed=needed, budget=budget, hint="fewer candidates, or a larger memory_budget")
 
 
 def _resume(keeper: Checkpoint | None, records: list[ChainRecord]) -> None:
@@ -201,7 +166,7 @@ def _resume(keeper: Checkpoint | None, records: list[ChainRecord]) -> None:
 
 
 def _assemble(
-    likelihood: LogLikelihood, settings: Settings, records: Sequence[ChainRecord], seconds: float
+    likelihood: LogLikelihood, settings: Settings, records: Sequence[ChainRecord], room: Int32s | None, seconds: float
 ) -> Posterior:
     traces = {name: np.stack([r.trace(name) for r in records]) for name in ("n_active", "log_joint", "log_likelihood")}
     kept = slice(settings.warmup + settings.thin - 1, None, settings.thin)
@@ -218,7 +183,7 @@ def _assemble(
         demonstrations=likelihood.demonstrations,
         candidates=likelihood.candidates,
         settings=settings,
-        assignments=np.stack([r.draws for r in records]) if records[0].whole else None,
+        assignments=room[:, : joint.shape[1]] if room is not None and records[0].room is not None else None,
         counts=counts,
         shares=sparse.csr_array(tally / joint.size),
         best_assignment=best,
