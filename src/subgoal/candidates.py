@@ -17,13 +17,15 @@ from subgoal.runtime.checks import Floats, frozen, positive, real_array
 from subgoal.runtime.errors import BudgetError, InputError, ReadError
 
 DEFAULT_NET = 0.03
+LEAST_LOG_PRIOR = -600.0
+"""A smaller prior cannot be told from zero in the arithmetic of the samplers."""
 MOST_GRID_POINTS = 1_000_000
 SEPARATORS = (",", ";", "\t", "|")
 ROUNDING = 1e-12
 """A prior that sums to one within this is left alone, so that normalising twice is normalising once."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Candidates:
     """G places where a subgoal may lie, with their prior P(g).
 
@@ -68,6 +70,9 @@ class Candidates:
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "radius", positive("candidate radius", self.radius, zero=True))
         object.__setattr__(self, "metric", metric)
+
+    def __repr__(self) -> str:
+        return f"Candidates({self.n_candidates} places in {self.points.shape[1]}-D, radius {self.radius:g})"
 
     @classmethod
     def from_points(
@@ -177,4 +182,11 @@ def _normalised(log_prior: Any, count: int) -> Floats:
     if values.shape != (count,):
         raise InputError("log_prior", found=f"shape {values.shape}", wanted=f"({count},), one per point")
     total = logsumexp(values)
-    return np.asarray(frozen(values - total if abs(total) > ROUNDING else values))
+    values = values - total if abs(total) > ROUNDING else values
+    if values.min() < LEAST_LOG_PRIOR:
+        g = int(np.argmin(values))
+        raise InputError(
+            "log_prior", where=f"candidate {g}", found=f"{values[g]:.6g} once normalised",
+            wanted=f"at least {LEAST_LOG_PRIOR:g}", hint="leave out a candidate that is all but impossible",
+        )  # fmt: skip
+    return np.asarray(frozen(values))

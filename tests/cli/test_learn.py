@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import signal
+import threading
 from itertools import pairwise
 from pathlib import Path
 
@@ -120,3 +123,56 @@ def test_interleaved_trajectories(subgoal, corner: Path, tmp_path: Path) -> None
     subgoal("learn", corner, "-i", "id", "--out", tmp_path / "a", "-q", *QUICK)
     assert subgoal("learn", tmp_path / "mixed.csv", "-i", "id", "--out", tmp_path / "b", "-q", *QUICK).code == 0
     assert (tmp_path / "a" / "segments.csv").read_bytes() == (tmp_path / "b" / "segments.csv").read_bytes()
+
+
+def test_stopping_keeps_the_draws_says_so_and_goes_on_from_there(subgoal, corner: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    words = ("learn", corner, "-i", "id", "--out", out, "--draws", "3000", "--warmup", "5", "--thin", "400")
+    timer = threading.Timer(3.0, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    answer = subgoal(*words)
+    timer.join()
+    made = json.loads((out / "summary.json").read_text())["draws_made"]
+    assert answer.code == 130
+    assert 0 < made < 3000
+    assert f"stopped with {made} of 3000 draws" in answer.err
+    assert (out / ".checkpoint.npz").exists()
+
+
+def test_a_biased_sampler_is_called_so(subgoal, corner: Path, tmp_path: Path) -> None:
+    answer = subgoal("learn", corner, "-i", "id", "--sampler", "alg4_literal_sum", "--out", tmp_path / "out", *QUICK)
+    assert answer.code == 0
+    assert "NOT THE POSTERIOR" in answer.out
+    assert "NOT THE POSTERIOR" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_what_was_dropped_on_the_way_in_is_told(subgoal, corner: Path, tmp_path: Path) -> None:
+    lines = corner.read_text().splitlines()
+    (tmp_path / "twice.csv").write_text("\n".join([*lines[:5], lines[4], *lines[5:]]))
+    answer = subgoal("learn", tmp_path / "twice.csv", "--out", tmp_path / "out", *QUICK)
+    assert "samples of repeated time dropped: 1" in answer.out
+
+
+def test_a_column_called_id_tells_trajectories_apart(subgoal, corner: Path, tmp_path: Path) -> None:
+    assert "in 2 trajectories" in subgoal("learn", corner, "--out", tmp_path / "out", *QUICK).out
+
+
+def test_report_again_keeps_y_and_drops_what_is_stale(subgoal, corner: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    subgoal("learn", corner, "--y-down", "--controller", "proportional", "--out", out, "-q", *QUICK)
+    before = (out / "trajectories.svg").read_bytes()
+    assert (out / "residuals.png").exists()
+    subgoal("report", out, "-q")
+    assert (out / "trajectories.svg").read_bytes() == before
+    assert not (out / "residuals.png").exists()
+
+
+def test_far_coordinates_keep_their_digits(subgoal, corner: Path, tmp_path: Path) -> None:
+    head, *lines = corner.read_text().splitlines()
+    rows = [line.split(",") for line in lines]
+    far = [",".join([repr(1e9 + float(x)), repr(float(y)), t, name]) for x, y, t, name in rows]
+    (tmp_path / "far.csv").write_text("\n".join([head, *far]))
+    answer = subgoal("learn", tmp_path / "far.csv", "--out", tmp_path / "out", *QUICK)
+    assert "1e+09" not in answer.out
+    places = np.array([float(row["x"]) for row in table(tmp_path / "out" / "subgoals.csv")])
+    assert np.isin(places, [1e9 + float(x) for x, *_ in rows]).all()

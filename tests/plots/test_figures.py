@@ -92,7 +92,8 @@ def test_the_sentence_and_the_status_stand_on_every_figure(converged: bool) -> N
     ]
     for figure in figures:
         assert ("NOT CONVERGED" in words(figure)) is not converged
-    assert sure(found).split(";")[0] in words(figures[0]).replace("\n", " ")
+    assert sure(found, posterior).split(";")[0] in words(figures[0]).replace("\n", " ")
+    assert ("not settled" in sure(found, posterior)) is not converged
 
 
 def test_arrows_only_while_there_are_few_observations() -> None:

@@ -33,7 +33,7 @@ class Segment:
     probability: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Segments:
     """All segments in order.
 
@@ -50,6 +50,9 @@ class Segments:
     items: tuple[Segment, ...]
     labels: Ints
     probability: Floats
+
+    def __repr__(self) -> str:
+        return f"Segments({len(self)} over {self.labels.size} observations)"
 
     def __iter__(self) -> Iterator[Segment]:
         return iter(self.items)

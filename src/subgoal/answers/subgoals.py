@@ -65,7 +65,7 @@ class Subgoal:
     radius: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Subgoals:
     """All merged subgoals of a posterior, by falling share.
 
@@ -86,6 +86,9 @@ class Subgoals:
     merge_radius: float
     counted_per_draw: Ints
 
+    def __repr__(self) -> str:
+        return f"Subgoals({self.n_subgoals} with at least 5 % of the observations, {len(self)} with at least 1 %)"
+
     def __iter__(self) -> Iterator[Subgoal]:
         return iter(self.listed)
 
@@ -95,12 +98,12 @@ class Subgoals:
     @property
     def listed(self) -> tuple[Subgoal, ...]:
         """Those with at least 1 % of the observations in expectation."""
-        return tuple(item for item in self.items if item.share >= LISTED_FROM)
+        return tuple(item for item in self.items if reaches(item.share, LISTED_FROM))
 
     @property
     def n_subgoals(self) -> int:
         """Number of subgoals with at least 5 % of the observations in expectation."""
-        return sum(item.share >= COUNTED_FROM for item in self.items)
+        return sum(reaches(item.share, COUNTED_FROM) for item in self.items)
 
     @property
     def n_subgoals_distribution(self) -> dict[int, float]:
@@ -112,6 +115,11 @@ class Subgoals:
     def listed_group(self) -> Ints:
         """(G,) like ``group``, with −1 for members of subgoals that are not listed."""
         return np.where(self.group < len(self.listed), self.group, -1)
+
+
+def reaches(share: float, threshold: float) -> bool:
+    """Whether a share is at least the threshold, sums of exact shares that round to just below included."""
+    return share >= threshold * (1 - 1e-12)
 
 
 def subgoals(posterior: Posterior, *, merge_radius: float | None = None) -> Subgoals:
@@ -140,7 +148,7 @@ def subgoals(posterior: Posterior, *, merge_radius: float | None = None) -> Subg
 
 def _complete_linkage(posterior: Posterior, kept: Ints, merge_radius: float) -> Ints:
     """(kept,) cluster numbers from 0; no cluster is wider than ``merge_radius``."""
-    if kept.size <= 1 or merge_radius == 0:
+    if kept.size <= 1:
         return np.arange(kept.size)
     points = posterior.candidates.points[kept]
     distance = posterior.candidates.metric.distance(points[:, None], points[None])

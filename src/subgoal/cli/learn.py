@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from subgoal.cli import options as o
+from subgoal.runtime.errors import StoppedError
 
 PLACES = "Candidate places"
 MODEL = "Model"
@@ -129,8 +130,10 @@ def learn_file(
     from subgoal.demonstrations.read import read
     from subgoal.posterior.sample import ConvergenceWarning, sample
     from subgoal.reporting.results import write_results
+    from subgoal.runtime.checks import positive
     from subgoal.runtime.progress import progress_display
 
+    merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
     demonstrations = read(file, **reading)
     plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
     chosen = candidate_places(demonstrations, plan, **places)
@@ -146,3 +149,6 @@ def learn_file(
         results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)
     if not quiet:
         print_results(posterior, results, folder)
+    if posterior.n_draws < posterior.settings.draws:
+        told = f"{posterior.n_draws} of {posterior.settings.draws} draws per chain"
+        raise StoppedError(f"stopped with {told}, which stand in {folder}; --resume goes on")

@@ -13,7 +13,7 @@ from subgoal.cli import options as o
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder that subgoal learn wrote (with posterior.npz in it).")],
     merge_radius: Annotated[float | None, typer.Option(help="Places within it are one subgoal; default 5ε.")] = None,
-    y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
+    y_down: Annotated[bool | None, typer.Option(help="Draw y downwards; default: as before.")] = None,
     quiet: o.Quiet = False,
 ) -> None:
     """Make the tables, pictures and report.html of a folder again, for example with another merge radius.
@@ -24,9 +24,10 @@ def report(
     """
     from subgoal.cli.table import print_results
     from subgoal.posterior.archive import load
-    from subgoal.reporting.results import write_results
+    from subgoal.reporting.results import drawn_downwards, write_results
 
     posterior = load(folder / "posterior.npz")
+    y_down = drawn_downwards(folder) if y_down is None else y_down
     results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)
     if not quiet:
         print_results(posterior, results, folder)

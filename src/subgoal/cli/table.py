@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from subgoal.plots.words import counted, decimals, trajectories
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.reporting.results import Results
@@ -24,19 +25,23 @@ def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
         table.add_column(escape(f"{name} ({demos.units})" if demos.units else name), justify="right")
     for heading in ("share", "90 % interval", "P(≥ 1 %)", "radius"):
         table.add_column(heading, justify="right")
+    digits = decimals(demos.extent)
     for item in found:
         low, high = item.share_interval
         table.add_row(
-            str(item.label), escape(item.name), *(f"{value:.4g}" for value in item.position), f"{item.share:.1%}",
+            str(item.label), escape(item.name), *(f"{x:.{digits}f}" for x in item.position), f"{item.share:.1%}",
             f"{low:.1%} to {high:.1%}", f"{item.inclusion:.2f}", f"{item.radius:.3g}",
         )  # fmt: skip
+    count, rows = counted(found.n_subgoals, "subgoal"), counted(demos.n_observations, "observation")
     console.print(
-        f"{found.n_subgoals} subgoals hold at least 5 % of {demos.n_observations} observations "
-        f"in {demos.n_trajectories} trajectories ({len(results.cut)} segments)",
+        f"{count} with at least 5 % of {rows} in {trajectories(demos.n_trajectories)} "
+        f"({counted(len(results.cut), 'segment')})",
         markup=False,
         soft_wrap=True,
     )
     console.print(table)
     colour = "green" if posterior.status is Status.CONVERGED else "red"
     console.print(posterior.status.value, style=colour, markup=False, soft_wrap=True)
+    for what, number in demos.source.notes.items():
+        console.print(f"on the way in: {what.replace('_', ' ')}: {number}", markup=False, soft_wrap=True)
     console.print(f"Look at {folder / 'report.html'}", markup=False, soft_wrap=True)

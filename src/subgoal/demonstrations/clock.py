@@ -11,6 +11,8 @@ from subgoal.demonstrations.records import Source
 from subgoal.runtime.checks import Floats, Ints
 from subgoal.runtime.errors import InputError, ReadError
 
+ROUNDING = 1e-6
+"""Times this share of the usual step apart are one time."""
 CLOCKS = ("refuse", "sort", "split", "drop")
 
 
@@ -21,9 +23,11 @@ def check_clock(clock: Any) -> None:
 
 
 def drop_duplicate_times(times: Floats, group: Ints) -> NDArray[np.bool_]:
-    """(M,) False for a row whose time equals that of the row before it in the same group."""
+    """(M,) False for a row whose time is that of the row before it in the same group, but for rounding."""
     keep = np.ones(len(times), bool)
-    keep[1:] = (times[1:] != times[:-1]) | (group[1:] != group[:-1])
+    steps, same = np.abs(np.diff(times)), group[1:] == group[:-1]
+    usual = np.median(steps[same & (steps > 0)]) if (same & (steps > 0)).any() else 0.0
+    keep[1:] = (steps > ROUNDING * usual) | ~same
     return keep
 
 

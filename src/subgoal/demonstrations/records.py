@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from subgoal.runtime.checks import Floats, Ints, check_offset, frozen, real_array
+from subgoal.runtime.checks import Floats, Ints, check_offset, frozen, owned, real_array
 from subgoal.runtime.errors import InputError
 
 
@@ -33,7 +33,7 @@ class Source:
         return replace(self, notes=notes)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Positions over time, as read from a file, before velocities.
 
@@ -92,13 +92,17 @@ class Recording:
         _set(self, names=_labels("names", self.names, positions.shape[1], "x"))
         _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, len(offset) - 1, "T"))
 
+    def __repr__(self) -> str:
+        told = f"{len(self.times)} samples of ({', '.join(self.names)})"
+        return f"Recording({self.source.name!r}: {told} in {self.n_trajectories} trajectories)"
+
     @property
     def n_trajectories(self) -> int:
         """Number of trajectories D."""
         return len(self.offset) - 1
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Demonstrations:
     """State-action pairs, grouped into trajectories: what every learner of this library takes.
 
@@ -157,6 +161,10 @@ class Demonstrations:
         _set(self, names=_labels("names", self.names, width, "x"))
         _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, count, "T"))
 
+    def __repr__(self) -> str:
+        told = f"{self.n_observations} pairs of ({', '.join(self.names)})"
+        return f"Demonstrations({self.source.name!r}: {told} in {self.n_trajectories} trajectories)"
+
     @classmethod
     def from_arrays(cls, states: Any, actions: Any, offset: Any = None, **fields: Any) -> Demonstrations:
         """Demonstrations from what is in memory.
@@ -196,7 +204,7 @@ def _values(what: str, value: Any) -> Any:
     if array.size == 0:
         raise InputError(what, found="no observations", wanted="at least one")
     if array.dtype.kind in "iu" and array.ndim == 1:
-        return frozen(np.ascontiguousarray(array, dtype=np.int64))
+        return frozen(owned(np.ascontiguousarray(array, dtype=np.int64), array))
     if array.ndim == 1:
         array = array[:, None]
     return real_array(what, array, ndim=2)

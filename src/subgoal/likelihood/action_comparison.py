@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,10 @@ def action_comparison(
     InputError
         Discrete data, dimensions that do not fit, a controller whose actions have the wrong shape, nothing that moves.
     """
+    given: tuple[Any, Any] = demonstrations, candidates
+    if not isinstance(given[0], Demonstrations) or not isinstance(given[1], Candidates):
+        found = f"{type(given[0]).__name__}, {type(given[1]).__name__}"
+        raise InputError("action_comparison", found=found, wanted="Demonstrations, then Candidates")
     states, actions = np.asarray(demonstrations.states), np.asarray(demonstrations.actions)
     for what, array in (("states", states), ("actions", actions)):
         if array.ndim != 2:
@@ -213,6 +217,8 @@ class ControllerActions:
         shape = (stop - start, self.candidates.n_candidates, self.actions.shape[1])
         answer = np.asarray(self.controller(self.states[start:stop, None], self.candidates.points[None]), float)
         try:
+            if answer.shape[-1:] != shape[-1:]:
+                raise ValueError("one number per dimension of the actions")
             answer = np.broadcast_to(answer, shape)
         except ValueError:
             raise InputError(

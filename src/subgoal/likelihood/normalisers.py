@@ -68,7 +68,7 @@ def direction_distance_cdf(distance: Floats, confidence: float, dimension: int) 
     if dimension == 1:
         stay = 1 / (1 + math.exp(-2 * confidence))
         return np.where(np.asarray(distance) >= 2, 1.0, stay)
-    angle = np.linspace(0, np.pi, 20_001)
+    angle = np.unique(np.concatenate([np.linspace(0, np.pi, 20_001), np.geomspace(1e-14, np.pi, 20_001)]))
     density = np.exp(-2 * confidence * np.sin(angle / 2)) * np.sin(angle) ** (dimension - 2)
     mass = cumulative_trapezoid(density, angle, initial=0)
     at = 2 * np.arcsin(np.clip(np.asarray(distance) / 2, 0, 1))

@@ -22,6 +22,7 @@ from subgoal.runtime.executor import run_all
 DENSE_ENTRIES = 2**25
 """Largest N·G that is held whole (256 MiB, and as much again while sampling); above it the table is tiled."""
 TILE_ENTRIES = 2**17
+MOST_CONFIDENCE = 1e9
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class Source(Protocol):
         """How ‖a − a_CL‖ is distributed if the model is right; None if there is no such distance."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LogLikelihood:
     """The N × G table of complete log densities, with what it was made from.
 
@@ -84,6 +85,12 @@ class LogLikelihood:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "confidence", positive("confidence", self.confidence))
+        if self.confidence > MOST_CONFIDENCE:
+            raise InputError("confidence", found=self.confidence, wanted=f"at most {MOST_CONFIDENCE:g}")
+
+    def __repr__(self) -> str:
+        size = f"{self.n_observations} × {self.n_candidates} {'held' if self.is_dense else 'tiled'}"
+        return f"LogLikelihood({self.source.kind}, {size}, confidence {self.confidence:g})"
 
     @classmethod
     def from_table(
@@ -134,7 +141,9 @@ class LogLikelihood:
 
     def at(self, confidence: float) -> LogLikelihood:
         """The same table at another confidence, from the stored actions and candidates."""
-        return replace(self, confidence=confidence)
+        table = replace(self, confidence=confidence)
+        table.rows(0, 1)
+        return table
 
     def rows(self, start: int, stop: int) -> Floats:
         """(stop − start, G) log densities."""

@@ -16,6 +16,9 @@ from subgoal.partition.protocol import (
 )
 from subgoal.runtime.checks import Bools, Ints
 
+PRINTED_FORMS = frozenset({"alg4_literal", "alg4_literal_fresh_draw", "alg4_literal_sum"})
+"""Samplers whose invariant law is not the posterior."""
+
 
 def alg4_corrected(chain: Chain, keep: Bools) -> Stretch:
     """Advance one chain by ``len(keep)`` sweeps of Algorithm 4 with its two errors mended.

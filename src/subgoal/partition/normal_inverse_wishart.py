@@ -154,8 +154,13 @@ class NormalInverseWishart:
 
 
 def _log_det(matrices: Floats) -> Floats:
-    log_det: Floats = np.linalg.slogdet(matrices)[1]
-    return log_det
+    sign, log_det = np.linalg.slogdet(matrices)
+    if not (sign > 0).all():
+        raise InputError(
+            "points", found="values so far from the prior mean that a scale matrix lost its digits",
+            wanted="points within about 1e7 prior standard deviations", hint="NormalInverseWishart.from_data(points)",
+        )  # fmt: skip
+    return np.asarray(log_det)
 
 
 def _covariance(what: str, value: Any, dimension: int) -> Floats:

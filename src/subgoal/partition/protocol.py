@@ -135,6 +135,7 @@ def starting_assignment(table: Table, generator: np.random.Generator) -> Int32s:
     theta = np.full(table.n_observations, first, np.int32)
     for start, tile in table.tiles():
         for row in np.flatnonzero(np.isneginf(tile[:, first])):
-            weight = prior * np.exp(tile[row] - tile[row].max())
+            weight = tile[row] + table.log_prior
+            weight = np.exp(weight - weight.max())
             theta[start + row] = generator.choice(table.n_candidates, p=weight / weight.sum())
     return theta

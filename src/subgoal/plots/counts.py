@@ -62,7 +62,7 @@ def _traces(
 def plot_count_posterior(found: Subgoals, posterior: Posterior | None = None) -> Figure:
     """P(number of subgoals with at least 5 % of the observations | O); with ``posterior``, its status too."""
     law = found.n_subgoals_distribution
-    figure = new_figure(7.0, 4.4, sure(found), posterior, left=0.12)
+    figure = new_figure(7.0, 4.4, sure(found, posterior), posterior, left=0.12)
     axes = panel(
         figure, (0.12, 0.15, 0.84, 0.62), "", f"number of subgoals with at least {percent(COUNTED_FROM)} of the"
         " observations", "posterior probability",

@@ -54,13 +54,15 @@ def plot_trajectories(posterior: Posterior, found: Subgoals, cut: Segments, *, y
     if dimension > 3:
         notes.append(f"first 3 of {dimension} dimensions")
     if dimension == 1:
-        figure = new_figure(9.6, 6.0, sure(found), posterior, notes, left=0.08)
+        figure = new_figure(9.6, 6.0, sure(found, posterior), posterior, notes, left=0.08)
         _against_time(figure, posterior, found, cut, part)
         _key(figure, found, cut, 0.785, 0.86)
         return figure
     pairs = [(0, 1)] if dimension == 2 else [(0, 1), (0, 2), (1, 2)]
     width, key, bottom, top = (9.6, 0.785, 0.12, 0.87) if len(pairs) == 1 else (15.0, 0.865, 0.14, 0.84)
-    figure = new_figure(width, 6.4 if len(pairs) == 1 else 5.2, sure(found), posterior, notes, left=0.9 / width)
+    figure = new_figure(
+        width, 6.4 if len(pairs) == 1 else 5.2, sure(found, posterior), posterior, notes, left=0.9 / width
+    )
     each = (key - 0.015) / len(pairs)
     for k, pair in enumerate(pairs):
         left = each * k + 0.9 / width

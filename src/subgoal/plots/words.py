@@ -7,6 +7,7 @@ import numpy as np
 from subgoal.answers.residuals import Residuals
 from subgoal.answers.subgoals import COUNTED_FROM, Subgoal, Subgoals
 from subgoal.plots.shown import places_of
+from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats
 
@@ -30,15 +31,23 @@ def percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
-def sure(found: Subgoals) -> str:
+def sure(found: Subgoals, posterior: Posterior | None = None) -> str:
     """ "3 subgoals, 95 % sure of the number; 1 smaller place below 5 %"."""
-    return f"{counted(found.n_subgoals, 'subgoal')}, {certainty(found)}"
+    return f"{counted(found.n_subgoals, 'subgoal')}, {certainty(found, posterior)}"
 
 
-def certainty(found: Subgoals) -> str:
-    """ "95 % sure of the number; 1 smaller place below 5 %"."""
-    chance = found.n_subgoals_distribution.get(found.n_subgoals, 0.0)
-    told = f"{percent(min(chance, 0.999))} sure of the number"
+def certainty(found: Subgoals, posterior: Posterior | None = None) -> str:
+    """ "95 % sure of the number; 1 smaller place below 5 %"; no certainty from chains that have not converged.
+
+    Where another number is more probable than that of the places with 5 % in expectation, it is told instead.
+    """
+    chances = found.n_subgoals_distribution
+    likeliest = max(chances, key=lambda k: chances[k])
+    told = f"{percent(min(chances.get(found.n_subgoals, 0.0), 0.999))} sure of the number"
+    if likeliest != found.n_subgoals:
+        told = f"on average; {likeliest} at a time is the most probable ({percent(chances[likeliest])})"
+    if posterior is not None and posterior.status is not Status.CONVERGED:
+        told = "not settled: the chains have not converged"
     small = len(found) - found.n_subgoals
     return f"{told}; {counted(small, 'smaller place')} below {percent(COUNTED_FROM)}" if small else told
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from subgoal.posterior.chains import ChainRecord
 from subgoal.posterior.posterior import Settings
-from subgoal.runtime.errors import StorageError
+from subgoal.runtime.errors import InputError, StorageError
 from subgoal.storage.archive import previous, read_archive, write_archive
 
 KIND = "checkpoint"
@@ -24,6 +25,8 @@ class Checkpoint:
     """Writes the chains to one file now and then; the cost stays below 2 % of the run."""
 
     def __init__(self, path: Path, settings: Settings) -> None:
+        if not path.parent.is_dir():
+            raise InputError("checkpoint", found=f"{path} in no folder", wanted="a path in a folder that exists")
         self._path, self._settings = path, settings
         self._due = time.monotonic() + EVERY
 
@@ -31,7 +34,10 @@ class Checkpoint:
         """Write when the last one is old enough."""
         if time.monotonic() >= self._due:
             begin = time.monotonic()
-            self.write(records)
+            try:
+                self.write(records)
+            except StorageError as problem:
+                warnings.warn(f"no checkpoint was written: {problem}", stacklevel=2)
             end = time.monotonic()
             self._due = end + max(EVERY, (end - begin) / LARGEST_COST)
 

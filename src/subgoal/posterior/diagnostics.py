@@ -20,9 +20,10 @@ LARGEST_SHARES = 3
 class Status(enum.Enum):
     """How far a posterior may be trusted; the value says it in words."""
 
-    CONVERGED = "converged: R-hat at most 1.01 and effective sample sizes of at least 400 on every summary"
+    CONVERGED = "converged: R-hat at most 1.01 and effective sample sizes of at least 400 on every summary of the gate"
     NOT_CONVERGED = "NOT CONVERGED: more sweeps are needed; raise draws, warmup or thin"
     INTERRUPTED = "INTERRUPTED before all draws were made, and not converged by then; resume or run again"
+    BIASED = "NOT THE POSTERIOR: this sampler is the thesis's printed form, which is biased; for comparison only"
     FEW_CHAINS = "NOT CONVERGED: fewer than 4 chains cannot show convergence; raise chains"
 
 
@@ -42,6 +43,8 @@ class Diagnostic:
 
 def diagnose(values: Floats) -> Diagnostic:
     """Diagnostic of (chains, draws) values; one same value in all chains is converged, one per chain is not."""
+    if not np.isfinite(values).all():
+        return Diagnostic(np.inf, 1.0, 1.0)
     if np.ptp(values) == 0:
         return Diagnostic(1.0, float(values.size), float(values.size))
     if values.shape[1] < 4 or (np.ptp(values, axis=1) == 0).all():
@@ -56,12 +59,14 @@ def diagnose(values: Floats) -> Diagnostic:
     )
 
 
-def gate(summaries: Mapping[str, Floats], *, interrupted: bool) -> tuple[dict[str, Diagnostic], Status]:
+def gate(summaries: Mapping[str, Floats], *, interrupted: bool, biased: bool) -> tuple[dict[str, Diagnostic], Status]:
     """Diagnostics of each (chains, draws) summary and the verdict."""
     diagnostics = {name: diagnose(np.asarray(values, float)) for name, values in summaries.items()}
     chains = next(iter(summaries.values())).shape[0]
-    if chains < LEAST_CHAINS:
-        return diagnostics, Status.FEW_CHAINS
-    if all(each.passes for each in diagnostics.values()):
+    if biased:
+        return diagnostics, Status.BIASED
+    if chains >= LEAST_CHAINS and all(each.passes for each in diagnostics.values()):
         return diagnostics, Status.CONVERGED
-    return diagnostics, Status.INTERRUPTED if interrupted else Status.NOT_CONVERGED
+    if interrupted:
+        return diagnostics, Status.INTERRUPTED
+    return diagnostics, Status.NOT_CONVERGED if chains >= LEAST_CHAINS else Status.FEW_CHAINS

@@ -38,7 +38,7 @@ class Settings:
         return self.warmup + self.draws * self.thin
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CountDraws:
     """How many observations each candidate has in each draw, as sparse rows.
 
@@ -49,6 +49,9 @@ class CountDraws:
     offset: Ints
     candidate: Ints
     count: Ints
+
+    def __repr__(self) -> str:
+        return f"CountDraws({self.offset.size - 1} draws)"
 
     @property
     def row(self) -> Ints:
@@ -72,7 +75,7 @@ class CountDraws:
         return table
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Posterior:
     """Draws from p(θ | O) and what they were drawn for.
 
@@ -116,6 +119,10 @@ class Posterior:
     seconds: float
     parameters: dict[str, NDArray[Any]] = field(default_factory=dict)
     likelihood: LogLikelihood | None = None
+
+    def __repr__(self) -> str:
+        made = f"{self.n_chains} chains × {self.n_draws} draws of {self.settings.sampler}"
+        return f"Posterior({made}, {self.n_observations} observations, {self.status.name})"
 
     @property
     def n_observations(self) -> int:

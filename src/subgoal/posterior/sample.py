@@ -13,6 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from subgoal.likelihood.table import FixedTable, LogLikelihood
+from subgoal.partition.alg4 import PRINTED_FORMS
 from subgoal.partition.collapsed_blocks import collapsed_blocks
 from subgoal.partition.protocol import Int32s, Sampler
 from subgoal.posterior.chains import ChainRecord
@@ -31,6 +32,7 @@ from subgoal.runtime.version import VERSION
 from subgoal.storage.archive import digest_arrays
 
 MEMORY_BUDGET = 2**31
+LIKELIHOOD_HINT = "subgoal.action_comparison(demonstrations, candidates), or LogLikelihood.from_table(values)"
 
 
 class ConvergenceWarning(UserWarning):
@@ -63,7 +65,8 @@ def sample(
     concentration:
         η of (2.8): larger expects more subgoals.
     sampler:
-        A function of ``subgoal.samplers``; all give the same posterior.
+        A function of ``subgoal.samplers``. All give the same posterior but the ``alg4_literal`` forms, which the
+        thesis printed and which are biased; their status says so.
     chains, draws, warmup, thin, seed:
         Each chain makes ``warmup`` sweeps, then ``draws × thin``, keeping every ``thin``-th (the thesis's burn-in and
         lag). Chain k depends on ``seed`` and k alone.
@@ -93,6 +96,8 @@ def sample(
     StorageError
         Resuming from a checkpoint of other settings or data, or a torn one.
     """
+    if not isinstance(likelihood, LogLikelihood):
+        raise InputError("likelihood", found=type(likelihood).__name__, wanted="a LogLikelihood", hint=LIKELIHOOD_HINT)
     settings = Settings(
         _name(sampler), positive("concentration", concentration), likelihood.confidence, whole("chains", chains),
         whole("draws", draws), whole("warmup", warmup, least=0), whole("thin", thin), whole("seed", seed, least=0),
@@ -176,7 +181,9 @@ def _assemble(
     counts = _count_draws(records)
     n = likelihood.n_observations
     summaries = _summaries(counts, joint, traces["n_active"][:, kept], n)
-    diagnostics, status = gate(summaries, interrupted=traces["n_active"].shape[1] < settings.sweeps)
+    diagnostics, status = gate(
+        summaries, interrupted=traces["n_active"].shape[1] < settings.sweeps, biased=settings.sampler in PRINTED_FORMS
+    )
     tally: Any = sum((record.tally for record in records[1:]), records[0].tally)
     best = max(records, key=lambda record: record.best[0]).best[1]
     return Posterior(

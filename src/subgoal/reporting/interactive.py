@@ -66,7 +66,7 @@ def strip_figure(posterior: Posterior, found: Subgoals, cut: Segments) -> Figure
             "hovertemplate": "%{customdata[3]}<br>%{text}: %{customdata[0]} to %{customdata[1]}<br>"
                              "probability %{customdata[2]}<extra></extra>",
         })  # fmt: skip
-    names = [label(name[:16]) for name in demos.trajectory_names[:rows]]
+    names = [label(name if len(name) <= 24 else name[:11] + "…" + name[-12:]) for name in demos.trajectory_names[:rows]]
     ticks = {"tickvals": list(range(rows)), "ticktext": names, "range": [rows - 0.4, -0.6], "showgrid": False}
     height = 110 + 22 * max(rows, 4)
     legend = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0}

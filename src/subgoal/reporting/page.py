@@ -10,6 +10,7 @@ from typing import Any
 from subgoal.answers.residuals import residuals
 from subgoal.answers.segments import Segments, segments
 from subgoal.answers.subgoals import Subgoals, subgoals
+from subgoal.plots.shown import is_unordered
 from subgoal.plots.words import certainty, headline, reading, sure
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
@@ -102,7 +103,7 @@ def _first_screen(
     figures["scene"], note = scene_figure(posterior, found, cut, y_down=y_down)
     return f"""<header><p class="eyebrow">{text(title or posterior.demonstrations.source.name)}</p>
 <h1>{text(headline(posterior, found))}</h1>
-<p class="sub">{text(certainty(found).capitalize())}</p>
+<p class="sub">{text(certainty(found, posterior).capitalize())}</p>
 {_badge(posterior.status)}</header>
 <div class="first"><div class="card"><div class="plot" id="scene"></div>
 <p class="note">Discs are subgoals, grey lines trajectories; a click in the legend hides a subgoal.
@@ -120,6 +121,8 @@ def _badge(status: Status) -> str:
 
 
 def _strip(posterior: Posterior, found: Subgoals, cut: Segments, figures: dict[str, Any]) -> str:
+    if is_unordered(posterior.demonstrations):
+        return ""
     figures["strip"] = strip_figure(posterior, found, cut)
     rows = len(figures["strip"]["layout"]["yaxis"]["ticktext"])
     left_out = posterior.demonstrations.n_trajectories - rows
@@ -132,7 +135,7 @@ def _strip(posterior: Posterior, found: Subgoals, cut: Segments, figures: dict[s
 def _counts(posterior: Posterior, found: Subgoals, figures: dict[str, Any]) -> str:
     figures["count"], figures["traces"] = count_figure(found), trace_figure(posterior)
     return f"""<div class="pair"><div class="card"><h2>How many subgoals</h2>
-<p class="sub">{text(sure(found))}</p><div class="plot" id="count"></div></div>
+<p class="sub">{text(sure(found, posterior))}</p><div class="plot" id="count"></div></div>
 <div class="card"><h2>Chains</h2><p class="sub">They should look alike, without a trend after the warm-up.</p>
 <div class="plot" id="traces"></div></div></div>"""
 

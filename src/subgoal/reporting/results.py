@@ -20,6 +20,9 @@ from subgoal.posterior.posterior import Posterior
 from subgoal.reporting.page import report
 from subgoal.runtime.errors import InputError
 
+STALE = ("residuals.png", "residuals.svg")
+"""Files that not every posterior gives, taken away when a new result has none."""
+
 
 @dataclass(frozen=True)
 class Results:
@@ -47,18 +50,21 @@ def write_results(
     except OSError as problem:
         raise InputError("results folder", found=str(problem), wanted="a folder that can be written") from None
     try:
-        _write_tables(posterior, found, cut, aside)
+        _write_tables(posterior, found, cut, aside, y_down)
         _draw(posterior, found, cut, aside, y_down)
         save(posterior, aside / "posterior.npz")
         report(posterior, aside / "report.html", found=found, cut=cut, y_down=y_down)
-        for path in sorted(aside.iterdir()):
-            path.replace(folder / path.name)
+        written = {path.name for path in aside.iterdir()}
+        for name in sorted(written):
+            (aside / name).replace(folder / name)
+        for name in set(STALE) - written:
+            (folder / name).unlink(missing_ok=True)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
     return Results(folder, found, cut)
 
 
-def _write_tables(posterior: Posterior, found: Subgoals, cut: Segments, folder: Path) -> None:
+def _write_tables(posterior: Posterior, found: Subgoals, cut: Segments, folder: Path, y_down: bool) -> None:
     names = posterior.demonstrations.names
     heads = (
         "subgoal", "name", *names, "share", "expected_observations", "share_low", "share_high", "inclusion",
@@ -73,7 +79,7 @@ def _write_tables(posterior: Posterior, found: Subgoals, cut: Segments, folder: 
         posterior.demonstrations.trajectory_names[s.trajectory], "" if s.subgoal == OTHER else s.subgoal + 1,
         "other" if s.subgoal == OTHER else found.listed[s.subgoal].name, s.start, s.stop, s.begin, s.end, s.probability,
     ] for s in cut))  # fmt: skip
-    text = json.dumps(summary(posterior, found, cut), indent=1, allow_nan=False)
+    text = json.dumps({**summary(posterior, found, cut), "y_down": y_down}, indent=1, allow_nan=False)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
 
 
@@ -103,8 +109,17 @@ def summary(posterior: Posterior, found: Subgoals, cut: Segments) -> dict[str, A
         "time_unit": demos.time_unit,
         "source": asdict(demos.source),
         "settings": asdict(posterior.settings),
+        "draws_made": posterior.n_draws,
         "sampling_seconds": posterior.seconds,
     }  # fmt: skip
+
+
+def drawn_downwards(folder: Path) -> bool:
+    """Whether the pictures of a folder of results were drawn with y downwards."""
+    try:
+        return bool(json.loads((folder / "summary.json").read_text(encoding="utf-8")).get("y_down", False))
+    except (OSError, ValueError, AttributeError):
+        return False
 
 
 def _finite(numbers: dict[str, float]) -> dict[str, float | None]:
@@ -115,7 +130,7 @@ def _write_csv(path: Path, heads: Sequence[str], rows: Iterable[Sequence[Any]]) 
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow(heads)
-        writer.writerows([f"{cell:.10g}" if isinstance(cell, float) else cell for cell in row] for row in rows)
+        writer.writerows([repr(float(cell)) if isinstance(cell, float) else cell for cell in row] for row in rows)
 
 
 def _draw(posterior: Posterior, found: Subgoals, cut: Segments, folder: Path, y_down: bool) -> None:

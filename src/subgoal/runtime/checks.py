@@ -21,6 +21,16 @@ def frozen(array: NDArray[Any]) -> NDArray[Any]:
     return view
 
 
+def owned(array: NDArray[Any], given: NDArray[Any]) -> NDArray[Any]:
+    """``array``, copied if the caller could still change it through ``given`` (memory maps are left where they are)."""
+    base: Any = given
+    while isinstance(base, np.ndarray) and not isinstance(base, np.memmap):
+        if base.flags.writeable and np.may_share_memory(array, given):
+            return array.copy()
+        base = base.base
+    return array
+
+
 def real_array(what: str, value: Any, *, ndim: int | tuple[int, ...], finite: bool = True) -> Floats:
     """``value`` as a C-contiguous read-only float64 array of ``ndim`` dimensions.
 
@@ -30,7 +40,7 @@ def real_array(what: str, value: Any, *, ndim: int | tuple[int, ...], finite: bo
         given = np.asarray(value)
         if np.iscomplexobj(given):
             raise TypeError("complex")
-        array = np.ascontiguousarray(given, dtype=np.float64).reshape(given.shape)
+        array = owned(np.ascontiguousarray(given, dtype=np.float64).reshape(given.shape), given)
     except (TypeError, ValueError) as problem:
         raise InputError(what, found=f"{type(value).__name__} ({problem})", wanted="real numbers") from None
     wanted = (ndim,) if isinstance(ndim, int) else ndim
@@ -60,7 +70,7 @@ def whole(what: str, value: Any, *, least: int = 1) -> int:
     wanted = f"a whole number of at least {least}"
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise InputError(what, found=repr(value), wanted=wanted)
-    if not value >= least or not np.isfinite(value) or value != int(value):
+    if not value >= least or abs(value) == float("inf") or value != int(value):
         raise InputError(what, found=value, wanted=wanted)
     return int(value)
 

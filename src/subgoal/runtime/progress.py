@@ -41,6 +41,7 @@ class Lines:
 
     def __init__(self, what: str) -> None:
         self._what, self._begin, self._last = what, time.monotonic(), time.monotonic()
+        self._first: int | None = None
 
     def __enter__(self) -> Lines:
         return self
@@ -51,10 +52,11 @@ class Lines:
     def update(self, done: int, total: int, note: str = "") -> None:
         """Print rate and time left when a line is due."""
         now = time.monotonic()
+        self._first = done if self._first is None else self._first
         if now - self._last < LINE_EVERY or not done:
             return
         self._last = now
-        rate = done / (now - self._begin)
+        rate = max(done - self._first, 1) / (now - self._begin)
         print(f"{self._what}: {done}/{total}, {rate:.0f}/s, {(total - done) / rate:.0f} s left {note}", file=sys.stderr)
 
 
@@ -73,6 +75,7 @@ class Bar:
         self._display = RichProgress(*columns, console=Console(stderr=True), transient=True)
         self._task = self._display.add_task(what, total=None, rate="", note="")
         self._begin = time.monotonic()
+        self._first: int | None = None
 
     def __enter__(self) -> Bar:
         self._display.start()
@@ -85,7 +88,8 @@ class Bar:
 
     def update(self, done: int, total: int, note: str = "") -> None:
         """Move the bar."""
-        rate = f"{done / max(time.monotonic() - self._begin, 1e-9):,.0f}/s"
+        self._first = done if self._first is None else self._first
+        rate = f"{(done - self._first) / max(time.monotonic() - self._begin, 1e-9):,.0f}/s"
         self._display.update(self._task, completed=done, total=total, rate=rate, note=note)
 
 

@@ -51,8 +51,10 @@ def write_archive(path: Path, kind: str, header: Mapping[str, Any], arrays: Arra
         if keep_previous and path.exists():
             path.replace(previous(path))
         aside.replace(path)
+    except OSError as problem:
+        raise StorageError(f"{kind} file", where=str(path), found=str(problem), wanted="a place to write to") from None
     finally:
-        with contextlib.suppress(FileNotFoundError):
+        with contextlib.suppress(OSError):
             aside.unlink()
 
 

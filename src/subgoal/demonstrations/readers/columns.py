@@ -16,6 +16,9 @@ from subgoal.runtime.checks import Floats, Ints, positive
 from subgoal.runtime.errors import InputError, ReadError
 
 TIME_NAMES = ("t", "time", "timestamp")
+TRAJECTORY_NAMES = (
+    "id", "track", "track_id", "trajectory", "trajectory_id", "traj_id", "particle", "agent_id", "ped_id", "animal",
+)  # fmt: skip
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "<na>", "-nan", "nat"})
 """Cells that mean "no value", in lower case."""
 
@@ -60,7 +63,7 @@ class Treatment:
 def choose(
     path: Any, found: Sequence[str], position: Any, time: Any, trajectory: Any, action: Any, likelihood: Any
 ) -> Choice:
-    """The columns the caller named, or x, y (z) and t, time or timestamp where they are there.
+    """The columns the caller named, or x, y (z), t, time or timestamp, and id, track or the like where they are there.
 
     Raises ``ReadError`` listing the columns found when one is missing or ambiguous.
     """
@@ -73,6 +76,8 @@ def choose(
         position = [lower[n] for n in "xyz" if n in lower]
     if time is None:
         time = next((lower[n] for n in TIME_NAMES if n in lower), None)
+    if trajectory is None:
+        trajectory = next((lower[n] for n in TRAJECTORY_NAMES if n in lower and lower[n] not in position), None)
     choice = Choice(
         column_names("position", position),
         _name("time", time),
