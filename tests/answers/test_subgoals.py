@@ -152,3 +152,11 @@ def test_residuals_of_perfect_and_of_uniform_directions() -> None:
     assert out.expected.sum() == pytest.approx(1.0, abs=1e-9)
     table = LogLikelihood.from_table(np.zeros((3, 2)))
     assert subgoal.residuals(quiet_sample(table, chains=1, draws=2, warmup=0)) is None
+
+
+def test_one_place_given_twice_is_one_subgoal() -> None:
+    """With no radius coincident candidates are merged, and only they."""
+    posterior = posterior_of(draws_with([[20, 0, 20], [0, 20, 20]]), line(0.0, 0.0, 1.0))
+    found = subgoal.subgoals(posterior)
+    assert found.n_subgoals == 2
+    assert sorted(len(goal.members) for goal in found) == [1, 2]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
-from scipy.special import i0e, modstruve
+from scipy.special import gammainc, i0e, modstruve
 
 from subgoal.likelihood import normalisers
 from tests.oracles import directions as oracle
@@ -124,3 +124,13 @@ def test_law_of_the_distance_in_one_dimension_and_of_actions() -> None:
     r = np.array([0.0, 0.5, 2.0])
     wanted = [1 - math.exp(-3 * x) * (1 + 3 * x) for x in r]
     np.testing.assert_allclose(normalisers.action_distance_cdf(r, 3.0, 2), wanted, atol=1e-14)
+
+
+@pytest.mark.parametrize("confidence", [1e2, 1e4, 1e6])
+def test_law_of_the_chord_at_high_confidence(confidence: float) -> None:
+    """Far from the poles the sphere is flat: a Gamma law of shape d − 1, to about 1/α² and the grid's 1e-6."""
+    for dimension in (2, 3, 4):
+        chord = np.array([0.5, 1.0, 3.0]) / confidence
+        wanted = gammainc(dimension - 1, [0.5, 1.0, 3.0])
+        found = normalisers.direction_distance_cdf(chord, confidence, dimension)
+        np.testing.assert_allclose(found, wanted, atol=2e-6 + 10 / confidence**2)

@@ -105,7 +105,9 @@ def point_partition(
     tried = _compact(_spread(everything, whole("candidates", candidates)))
     starts = np.unique(np.concatenate([tried, *([cut] for cut in _tree_cuts(together))]), axis=0)
     scores = [problem.expected_vi(labels) for labels in starts]
-    best = [problem.improve(starts[k]) for k in np.argsort(scores, kind="stable")[:STARTS]]
+    first = np.argsort(scores, kind="stable")[:STARTS]
+    _refuse_contingency(problem, int(starts[first].max()) + 1, memory_budget)
+    best = [problem.improve(starts[k]) for k in first]
     scores = [problem.expected_vi(labels) for labels in best]
     k = int(np.argmin(scores))
     return PointPartition(_by_size(best[k]), max(0.0, scores[k]))
@@ -113,6 +115,8 @@ def point_partition(
 
 def variation_of_information(first: Ints, second: Ints) -> float:
     """VI between two partitions of the same things, given as labels (N,), in nats: a metric."""
+    if len(first) != len(second):
+        raise InputError("partitions", found=f"{len(first)} and {len(second)} labels", wanted="as many in both")
     both = _compact(np.stack([first, second]))
     return max(0.0, _Problem.of(both[:1]).expected_vi(both[1]))
 
@@ -154,6 +158,13 @@ class _Problem:
                 break
             labels[labels == merged] = kept
         return _in_order(labels)
+
+
+def _refuse_contingency(problem: _Problem, clusters: int, budget: float) -> None:
+    """Raise ``BudgetError`` when the table of (draws, labels, clusters) counts would be above the budget."""
+    needed = 4.0 * len(problem.draws) * problem.widest * (clusters + SPARE)
+    if needed > budget:
+        raise BudgetError("point partition", needed=needed, budget=budget, hint="fewer draws=, or merged subgoals")
 
 
 def _draw_labels(posterior: Posterior, found: Subgoals | None) -> Ints:
