@@ -196,3 +196,13 @@ def test_bad_requests_are_named() -> None:
             subgoal.action_comparison(other, candidates)
     with pytest.raises(InputError, match="candidates: found 1 dimensions"):
         subgoal.action_comparison(demos, Candidates([1.0]))
+
+
+@pytest.mark.parametrize("factor", [1e155, 1e-160])
+def test_numbers_whose_squares_are_none_are_refused(factor: float) -> None:
+    states, actions = np.random.default_rng(0).normal(size=(2, 20, 2))
+    places = Candidates(states[:5] * factor)
+    with pytest.raises(InputError, match="range of"):
+        subgoal.action_comparison(subgoal.Demonstrations.from_arrays(states * factor, actions), places)
+    with pytest.raises(InputError, match="range of"):
+        subgoal.action_comparison(subgoal.Demonstrations.from_arrays(states, actions * factor), Candidates(states))
