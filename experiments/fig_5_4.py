@@ -127,8 +127,9 @@ def picture(recording: Recording, posterior: Posterior, found: Subgoals) -> Figu
     for axis in (top, middle):
         for name, (x, y) in EXITS.items():
             axis.annotate(
-                name, (x, y), xytext=(0, -9), textcoords="offset points", ha="center", fontsize=8.5, color=INK
-            )
+                name, (x, y), xytext=(0, -12), textcoords="offset points", ha="center", va="top", fontsize=8.5,
+                color=INK, zorder=5, bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.8},
+            )  # fmt: skip
             axis.plot(x, y, "+", color=INK, ms=9, mew=1.5)
         axis.set(xlim=(0, 650), ylim=(480, -15), aspect="equal", xlabel="x (pixels)", ylabel="y (pixels)")
     for k, trace in enumerate(posterior.traces["n_active"]):

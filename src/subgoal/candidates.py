@@ -163,7 +163,11 @@ def read_candidates(path: str | Path, position: Sequence[str], *, metric: Metric
     if "log_prior" in table.columns:
         prior = table["log_prior"].to_numpy()
     elif "prior" in table.columns:
-        prior = np.log(real_array("column prior", table["prior"].to_numpy(), ndim=1))
+        given = real_array("column prior", table["prior"].to_numpy(), ndim=1)
+        if not (given > 0).all():
+            row = int(np.argmax(~(given > 0)))
+            raise ReadError("column prior", where=f"row {row} of {path}", found=given[row], wanted="numbers above 0")
+        prior = np.log(given)
     names = tuple(table["name"].astype(str)) if "name" in table.columns else ()
     return Candidates(points=table[list(position)].to_numpy(), names=names, log_prior=prior, metric=metric)
 

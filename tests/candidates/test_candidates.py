@@ -145,7 +145,7 @@ def test_files_with_log_prior_one_column_or_columns_reordered(tmp_path: Path) ->
     ("text", "message"),
     [("x,z\n1,2\n", "wanted columns"), ("", "readable CSV"), ("\n\n", "readable CSV"), ("x,y\n", "found none"),
      ("x,y\n1\n", "finite"), ("x,y\n1,a\n", "real numbers"), ("x,y\n1,2,3,4\n", "longer than the header"),
-     (b"\xff\xfe\x00x,y\n1,2\n", "readable CSV"), ("x,y\n1,1e400\n", "finite"), ("x,y,prior\n1,2,0\n", "log_prior"),
+     (b"\xff\xfe\x00x,y\n1,2\n", "readable CSV"), ("x,y\n1,1e400\n", "finite"), ("x,y,prior\n1,2,0\n", "prior"),
      ("x,y,prior\n1,2,\n", "prior"), ("x,y,name\n1,2,a\n3,4,a\n", "twice")],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore:divide by zero")

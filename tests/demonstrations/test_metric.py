@@ -37,8 +37,8 @@ def test_laws(a, b, c, period):
         ([1, np.nan], None, "weights"),
         (None, [0, 1], "period at dimension 0"),
         (None, [np.nan, 1], "period at dimension 0"),
-        ([1, 1, 1], None, "period"),
-        ([1.0], [1.0], "weights: found 1 dimensions"),
+        ([1, 1, 1], None, "weights: found 3 numbers"),
+        ([1.0], [1.0], "weights: found 1 numbers"),
     ],
 )
 def test_bad_metrics_are_refused(weights, period, message):

@@ -46,18 +46,21 @@ def likelihood_table(
     *,
     confidence: float,
     controller: str,
-    gain: float,
+    gain: float | None,
     speed_limit: float | None,
 ) -> LogLikelihood:
     """Action comparison with the controller of that name."""
     if controller == "direction":
+        told = [name for name, value in (("--gain", gain), ("--speed-limit", speed_limit)) if value is not None]
+        if told:
+            raise InputError(" and ".join(told), found="the controller 'direction'", wanted="--controller proportional")
         return action_comparison(demonstrations, candidates, confidence=confidence)
     if controller != "proportional":
         raise InputError("--controller", found=repr(controller), wanted="'direction' or 'proportional'")
     if speed_limit is None:
         speed = np.linalg.norm(demonstrations.actions * candidates.metric.weights, axis=1)
         speed_limit = float(np.median(speed[speed > 0])) if (speed > 0).any() else 1.0
-    law = proportional(gain, speed_limit, candidates.metric)
+    law = proportional(1.0 if gain is None else gain, speed_limit, candidates.metric)
     return action_comparison(demonstrations, candidates, confidence=confidence, controller=law)
 
 

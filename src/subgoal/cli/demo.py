@@ -24,7 +24,7 @@ def demo(
 
     learn_file(
         recording(shape), out, {"every": 20}, {}, {"weights": None, "period": None},
-        {"confidence": 3.0, "controller": "direction", "gain": 1.0, "speed_limit": None},
+        {"confidence": 3.0, "controller": "direction", "gain": None, "speed_limit": None},
         {"sampler": "collapsed_blocks", "seed": seed},
         merge_radius=None, y_down=False, quiet=quiet,
     )  # fmt: skip

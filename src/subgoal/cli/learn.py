@@ -28,7 +28,9 @@ def learn(
     controller: Annotated[
         str, typer.Option(help="direction (straight to the goal) or proportional.", rich_help_panel=MODEL)
     ] = "direction",
-    gain: Annotated[float, typer.Option(help="Of the proportional controller, 1/time.", rich_help_panel=MODEL)] = 1.0,
+    gain: Annotated[
+        float | None, typer.Option(help="Of the proportional controller, 1/time; default 1.", rich_help_panel=MODEL)
+    ] = None,
     speed_limit: Annotated[
         float | None, typer.Option(help="Of the proportional controller; default: median speed.", rich_help_panel=MODEL)
     ] = None,

@@ -13,6 +13,9 @@ from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.reporting.results import Results
 
+MUCH = 0.05
+"""Counts of rows dropped or changed above this share of the observations are told as a warning."""
+
 
 def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
     """Headline, subgoals, status, files; plain text when not on a terminal."""
@@ -43,5 +46,6 @@ def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
     colour = "green" if posterior.status is Status.CONVERGED else "red"
     console.print(posterior.status.value, style=colour, markup=False, soft_wrap=True)
     for what, number in demos.source.notes.items():
-        console.print(f"on the way in: {what.replace('_', ' ')}: {number}", markup=False, soft_wrap=True)
+        much = "warning: " if number > MUCH * demos.n_observations else ""
+        console.print(f"{much}on the way in: {what.replace('_', ' ')}: {number}", markup=False, soft_wrap=True)
     console.print(f"Look at {folder / 'report.html'}", markup=False, soft_wrap=True)

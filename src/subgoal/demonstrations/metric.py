@@ -50,13 +50,13 @@ class Metric:
         cls, dimension: int, weights: Sequence[float] | None = None, period: Sequence[float] | None = None
     ) -> Metric:
         """Weights and periods given or left plain; shapes checked against ``dimension``."""
-        metric = cls(
+        for what, values in (("weights", weights), ("period", period)):
+            if values is not None and np.size(values) != dimension:
+                raise InputError(what, found=f"{np.size(values)} numbers", wanted=f"{dimension}, one per dimension")
+        return cls(
             np.ones(dimension) if weights is None else np.asarray(weights, float),
             np.full(dimension, np.inf) if period is None else np.asarray(period, float),
         )
-        if metric.dimension != dimension:
-            raise InputError("weights", found=f"{metric.dimension} dimensions", wanted=f"{dimension}, as the states")
-        return metric
 
     @property
     def dimension(self) -> int:

@@ -81,7 +81,8 @@ class Summary:
         """The summary as lines of text, warnings last."""
         unit, per = self.units or "units", f"{self.units or 'units'}/{self.time_unit}"
         told = [
-            f"{self.name}: {self.trajectories} trajectories, {self.samples} samples",
+            f"{self.name}: {self.trajectories} trajector{'y' if self.trajectories == 1 else 'ies'}, "
+            f"{self.samples} samples",
             f"samples in a trajectory: {self.lengths[0]} to {self.lengths[2]}, median {self.lengths[1]:g}",
         ]
         if self.durations is not None:

@@ -168,5 +168,5 @@ def _layout(posterior: Posterior, dimension: int, y_down: bool) -> dict[str, Any
     for each in axes.values():
         each["title"].pop("standoff")
         each.pop("automargin")
-    scene = {**axes, "aspectmode": "data", "camera": {"eye": {"x": 1.3, "y": -1.4, "z": 0.8}}}
+    scene = {**axes, "aspectmode": "data", "camera": {"eye": {"x": 1.5, "y": -1.65, "z": 0.9}}}
     return layout(520, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0})
