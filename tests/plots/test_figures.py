@@ -195,6 +195,7 @@ def test_recording_of_anything(states: np.ndarray) -> None:
     for offset in (None, [0, 3, 6]):
         figure = plot_recording(Demonstrations.from_arrays(states, np.zeros((6, 2)), offset))
         figure.draw_without_rendering()
+        assert len(figure.axes) >= 3
 
 
 def test_thinning_keeps_ends_and_tells() -> None:

@@ -45,7 +45,7 @@ def corner_likelihood(radius: float = 1.0, confidence: float = 4.0) -> LogLikeli
     return subgoal.action_comparison(demos, subgoal.epsilon_net(demos, radius), confidence=confidence)
 
 
-def same_posterior(one: Posterior, two: Posterior) -> None:
+def assert_same_posterior(one: Posterior, two: Posterior) -> None:
     """Raise if anything that was drawn or derived differs."""
     for name in ("best_assignment", "log_joint", "log_likelihood", "uninformative"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))

@@ -23,7 +23,7 @@ from subgoal.posterior import rounds
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.errors import InputError, StorageError, SubgoalError
 from subgoal.storage.archive import previous
-from tests.posterior.worlds import corner_likelihood, quiet_sample, same_posterior, table
+from tests.posterior.worlds import assert_same_posterior, corner_likelihood, quiet_sample, table
 from tests.robustness.resume_child import RUN
 
 ROOT = Path(__file__).parents[2]
@@ -133,7 +133,7 @@ def again(path: Path, likelihood: LogLikelihood | None = None, **settings: Any):
 @pytest.mark.parametrize("sampler", [subgoal.samplers.collapsed_blocks, subgoal.samplers.alg4_corrected])
 def test_resuming_in_the_same_process(sampler, tmp_path: Path) -> None:
     path = stop_after(0.4, tmp_path / "run.npz", table(), sampler=sampler)
-    same_posterior(again(path, sampler=sampler), quiet_sample(table(), draws=DRAWS, sampler=sampler, **RUN))
+    assert_same_posterior(again(path, sampler=sampler), quiet_sample(table(), draws=DRAWS, sampler=sampler, **RUN))
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def test_torn_newest_checkpoint_gives_way_to_the_one_before(stopped: Path) -> No
     tear(stopped)
     with pytest.warns(UserWarning, match="The checkpoint before it was used"):
         resumed = subgoal.sample(table(), draws=DRAWS, checkpoint=stopped, resume=True, workers=1, **RUN)
-    same_posterior(resumed, unbroken_run(DRAWS))
+    assert_same_posterior(resumed, unbroken_run(DRAWS))
 
 
 def test_torn_only_checkpoint(stopped: Path) -> None:
@@ -219,18 +219,18 @@ def test_another_memory_budget_never_gives_half_of_the_draws(tmp_path: Path) -> 
     path = stop_after(0.4, tmp_path / "run.npz", table(), memory_budget=small)
     resumed, unbroken = again(path), quiet_sample(table(), draws=DRAWS, memory_budget=small, **RUN)
     assert unbroken.assignments is None
-    same_posterior(resumed, unbroken)
+    assert_same_posterior(resumed, unbroken)
 
 
 @pytest.mark.parametrize("chains", [1, 4])
 def test_interrupted_runs_keep_their_checkpoint(chains: int, tmp_path: Path) -> None:
     path = stop_after(0.4, tmp_path / "run.npz", table(), chains=chains)
     unbroken = quiet_sample(table(), draws=DRAWS, **{**RUN, "chains": chains})
-    same_posterior(again(path, chains=chains), unbroken)
+    assert_same_posterior(again(path, chains=chains), unbroken)
 
 
 def test_interrupted_in_the_warm_up_keeps_its_checkpoint(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     with pytest.raises(SubgoalError, match="warm-up"):
         stop_after(0.0, path, table(), warmup=500)
-    same_posterior(again(path, warmup=500), quiet_sample(table(), draws=DRAWS, **{**RUN, "warmup": 500}))
+    assert_same_posterior(again(path, warmup=500), quiet_sample(table(), draws=DRAWS, **{**RUN, "warmup": 500}))

@@ -20,7 +20,7 @@ from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.errors import BudgetError, InputError, SubgoalError
 from subgoal.runtime.seeds import stream
-from tests.posterior.worlds import corner_likelihood, quiet_sample, same_posterior, table
+from tests.posterior.worlds import assert_same_posterior, corner_likelihood, quiet_sample, table
 
 SHORT = {"chains": 4, "draws": 30, "warmup": 5, "thin": 2, "seed": 3}
 
@@ -29,16 +29,18 @@ SHORT = {"chains": 4, "draws": 30, "warmup": 5, "thin": 2, "seed": 3}
 @pytest.mark.parametrize("backend", ["threading", "loky"])
 def test_draws_do_not_depend_on_workers_or_processes(workers: int, backend: str) -> None:
     wanted = quiet_sample(table(), **SHORT)
-    same_posterior(wanted, quiet_sample(table(), workers=workers, backend=backend, **SHORT))
+    assert_same_posterior(wanted, quiet_sample(table(), workers=workers, backend=backend, **SHORT))
 
 
 def test_processes_take_large_tables_and_controllers() -> None:
     """A table above joblib's 1 MiB goes to processes as a memory map, a controller as a function."""
     for likelihood in (table(600, 300), corner_likelihood()):
-        same_posterior(quiet_sample(likelihood, **SHORT), quiet_sample(likelihood, workers=2, backend="loky", **SHORT))
+        assert_same_posterior(
+            quiet_sample(likelihood, **SHORT), quiet_sample(likelihood, workers=2, backend="loky", **SHORT)
+        )
     demos, net = corner_likelihood().demonstrations, corner_likelihood().candidates
     led = subgoal.action_comparison(demos, net, controller=lambda state, goal: goal - state)
-    same_posterior(quiet_sample(led, **SHORT), quiet_sample(led, workers=2, backend="loky", **SHORT))
+    assert_same_posterior(quiet_sample(led, **SHORT), quiet_sample(led, workers=2, backend="loky", **SHORT))
 
 
 @pytest.mark.parametrize("sampler", [subgoal.samplers.collapsed_blocks, subgoal.samplers.alg4_corrected])
@@ -70,7 +72,7 @@ def test_global_random_state_is_left_alone() -> None:
     assert random.getstate() == before[1]
     same = quiet_sample(table(), **SHORT)
     np.random.seed(99)  # noqa: NPY002
-    same_posterior(same, quiet_sample(table(), **SHORT))
+    assert_same_posterior(same, quiet_sample(table(), **SHORT))
 
 
 def test_inputs_stay_as_they_were() -> None:
@@ -151,7 +153,7 @@ def test_concentration_is_checked(bad) -> None:
 
 def test_whole_numbers_may_be_written_as_floats() -> None:
     wanted = quiet_sample(table(), **SHORT)
-    same_posterior(wanted, quiet_sample(table(), chains=4.0, draws=np.int32(30), warmup=5.0, thin=2.0, seed=3.0))
+    assert_same_posterior(wanted, quiet_sample(table(), chains=4.0, draws=np.int32(30), warmup=5.0, thin=2.0, seed=3.0))
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True])

@@ -21,7 +21,7 @@ from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.errors import StorageError
 from subgoal.storage.archive import read_archive, write_archive
-from tests.posterior.worlds import corner_likelihood, quiet_sample, same_posterior, table
+from tests.posterior.worlds import assert_same_posterior, corner_likelihood, quiet_sample, table
 
 SHORT = {"chains": 2, "draws": 5, "warmup": 2, "thin": 1}
 
@@ -36,30 +36,30 @@ def saved(posterior: Posterior, tmp_path: Path) -> Path:
     return subgoal.save(posterior, tmp_path / "posterior.npz")
 
 
-def refused(path: Path) -> StorageError:
+def assert_refused(path: Path) -> StorageError:
     with pytest.raises(StorageError) as caught:
         subgoal.load(path)
     assert str(path) in str(caught.value)
     return caught.value
 
 
-def same_record(one, two) -> None:
+def assert_same_record(one, two) -> None:
     for field in fields(one):
         left, right = getattr(one, field.name), getattr(two, field.name)
         if isinstance(left, np.ndarray):
             np.testing.assert_array_equal(left, right, err_msg=field.name)
             assert left.dtype == right.dtype
         elif isinstance(left, Metric):
-            same_record(left, right)
+            assert_same_record(left, right)
         else:
             assert left == right, field.name
 
 
 def test_everything_comes_back(posterior: Posterior, saved: Path) -> None:
     back = subgoal.load(saved)
-    same_posterior(posterior, back)
-    same_record(posterior.demonstrations, back.demonstrations)
-    same_record(posterior.candidates, back.candidates)
+    assert_same_posterior(posterior, back)
+    assert_same_record(posterior.demonstrations, back.demonstrations)
+    assert_same_record(posterior.candidates, back.candidates)
     assert back.seconds == posterior.seconds
     assert back.likelihood is not None and posterior.likelihood is not None
     np.testing.assert_array_equal(back.likelihood.dense, posterior.likelihood.dense)
@@ -79,9 +79,9 @@ def test_names_units_priors_angles_and_notes_come_back(tmp_path: Path) -> None:
     posterior = quiet_sample(subgoal.action_comparison(demos, candidates), **SHORT)
     posterior = replace(posterior, assignments=None, parameters={"confidence": generator.normal(size=(2, 5))})
     back = subgoal.load(subgoal.save(posterior, tmp_path / "p"))
-    same_posterior(posterior, back)
-    same_record(demos, back.demonstrations)
-    same_record(candidates, back.candidates)
+    assert_same_posterior(posterior, back)
+    assert_same_record(demos, back.demonstrations)
+    assert_same_record(candidates, back.candidates)
     np.testing.assert_array_equal(back.parameters["confidence"], posterior.parameters["confidence"])
 
 
@@ -95,14 +95,14 @@ def test_prior_comes_back_to_the_last_bit(tmp_path: Path) -> None:
 def test_table_of_given_numbers_loads_without_its_likelihood(tmp_path: Path) -> None:
     posterior = quiet_sample(table(), **SHORT)
     back = subgoal.load(subgoal.save(posterior, tmp_path / "p.npz"))
-    same_posterior(posterior, back)
+    assert_same_posterior(posterior, back)
     assert back.likelihood is None
 
 
 def test_discrete_states_come_back(tmp_path: Path) -> None:
     demos = Demonstrations.from_arrays(np.arange(4), np.array([0, 1, 0, 2]))
     posterior = quiet_sample(LogLikelihood.from_table(np.zeros((4, 3)), demonstrations=demos), **SHORT)
-    same_record(demos, subgoal.load(subgoal.save(posterior, tmp_path / "p.npz")).demonstrations)
+    assert_same_record(demos, subgoal.load(subgoal.save(posterior, tmp_path / "p.npz")).demonstrations)
     assert demos.states.dtype == np.int64
 
 
@@ -117,7 +117,7 @@ def test_truncated_files(saved: Path, tmp_path: Path) -> None:
     torn = tmp_path / "torn.npz"
     for length in [*range(0, 200, 7), *range(200, len(whole), 997), len(whole) // 2, len(whole) - 1]:
         torn.write_bytes(whole[:length])
-        refused(torn)
+        assert_refused(torn)
 
 
 def test_flipped_bits_are_noticed_or_harmless(posterior: Posterior, saved: Path, tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_flipped_bits_are_noticed_or_harmless(posterior: Posterior, saved: Path,
         flipped[place] ^= 1 << (k % 8)
         torn.write_bytes(flipped)
         try:
-            same_posterior(posterior, subgoal.load(torn))
+            assert_same_posterior(posterior, subgoal.load(torn))
         except StorageError:
             noticed += 1
     assert noticed >= 0.8 * len(places)
@@ -164,12 +164,12 @@ def test_arrays_changed_behind_the_checksum(name: str, saved: Path) -> None:
     else:
         members[name] = members[name][::-1]
     np.savez(saved, **members)
-    assert "a wrong checksum" in str(refused(saved))
+    assert "a wrong checksum" in str(assert_refused(saved))
 
 
 def test_missing_file_directory_and_other_files(tmp_path: Path) -> None:
-    assert "no such file" in str(refused(tmp_path / "none.npz"))
-    refused(tmp_path)
+    assert "no such file" in str(assert_refused(tmp_path / "none.npz"))
+    assert_refused(tmp_path)
     for name, content in {
         "text": b"x,y\n1,2\n",
         "empty": b"",
@@ -177,18 +177,18 @@ def test_missing_file_directory_and_other_files(tmp_path: Path) -> None:
         "zip": b"PK\x05\x06",
     }.items():
         (tmp_path / name).write_bytes(content)
-        refused(tmp_path / name)
+        assert_refused(tmp_path / name)
     np.save(tmp_path / "a.npy", np.arange(3))
-    refused(tmp_path / "a.npy")
+    assert_refused(tmp_path / "a.npy")
 
 
 def test_wrong_kind_and_format(saved: Path, tmp_path: Path) -> None:
     header, arrays = read_archive(saved, "posterior")
     del header["kind"], header["format"]
     write_archive(tmp_path / "c", "checkpoint", header, arrays, keep_previous=False)
-    assert "kind 'checkpoint'" in str(refused(tmp_path / "c"))
+    assert "kind 'checkpoint'" in str(assert_refused(tmp_path / "c"))
     write_archive(tmp_path / "f", "posterior", {**header, "format": 99}, arrays, keep_previous=False)
-    assert "format 99" in str(refused(tmp_path / "f"))
+    assert "format 99" in str(assert_refused(tmp_path / "f"))
 
 
 def test_missing_or_wrong_fields(saved: Path, tmp_path: Path) -> None:
@@ -199,11 +199,11 @@ def test_missing_or_wrong_fields(saved: Path, tmp_path: Path) -> None:
         if name.startswith(("trace_", "parameter_", "times", "assignments")):
             continue
         write_archive(path, "posterior", header, {k: v for k, v in arrays.items() if k != name}, keep_previous=False)
-        refused(path)
+        assert_refused(path)
     for key in ("settings", "status", "diagnostics", "names", "candidate_names", "radius", "source"):
         for bad in (None, [1], {"a": 1}, "x"):
             write_archive(path, "posterior", {**header, key: bad}, arrays, keep_previous=False)
-            refused(path)
+            assert_refused(path)
 
 
 def test_pickles_inside_are_not_opened(saved: Path, tmp_path: Path) -> None:
@@ -220,7 +220,7 @@ def test_pickles_inside_are_not_opened(saved: Path, tmp_path: Path) -> None:
         "header": np.frombuffer(json.dumps(header).encode(), "u1"),
     }
     np.savez(tmp_path / "p.npz", **members, seal=np.zeros(32, np.uint8))
-    refused(tmp_path / "p.npz")
+    assert_refused(tmp_path / "p.npz")
     assert not trap.exists()
 
 
@@ -248,7 +248,7 @@ def test_packed_bombs_are_refused_unopened(method: int, tmp_path: Path) -> None:
             stream.write(bytes(2**20))
     assert path.stat().st_size < 2**20
     tracemalloc.start()
-    refused(path)
+    assert_refused(path)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 20 * 2**20
@@ -257,13 +257,13 @@ def test_packed_bombs_are_refused_unopened(method: int, tmp_path: Path) -> None:
 @pytest.mark.parametrize("shape", [b"(1099511627776,)", b"(9223372036854775807, 9223372036854775807)", b"(-5,)"])
 def test_arrays_that_claim_more_than_they_hold(shape: bytes, tmp_path: Path) -> None:
     content = array_bytes(np.zeros(0, np.uint8)).replace(b"(0,)", shape)
-    refused(packed(tmp_path / "p.npz", {"header.npy": content}, zipfile.ZIP_STORED))
+    assert_refused(packed(tmp_path / "p.npz", {"header.npy": content}, zipfile.ZIP_STORED))
 
 
 @pytest.mark.parametrize("name", ["../states.npy", "/etc/states.npy", "a/../../b.npy", "\\states.npy"])
 def test_members_that_point_elsewhere(name: str, saved: Path, tmp_path: Path) -> None:
     content = array_bytes(np.zeros(3))
-    error = refused(packed(tmp_path / "p.npz", {name: content}, zipfile.ZIP_STORED))
+    error = assert_refused(packed(tmp_path / "p.npz", {name: content}, zipfile.ZIP_STORED))
     assert "a member named" in str(error)
 
 
@@ -273,4 +273,4 @@ def test_headers_that_are_not_objects(tmp_path: Path) -> None:
         members = {"header.npy": header, "seal.npy": array_bytes(np.zeros(32, np.uint8)), "text.txt": b"hello"}
         for left_out in (None, "seal.npy", "text.txt"):
             kept = {name: content for name, content in members.items() if name != left_out}
-            refused(packed(tmp_path / "p.npz", kept, zipfile.ZIP_STORED))
+            assert_refused(packed(tmp_path / "p.npz", kept, zipfile.ZIP_STORED))
