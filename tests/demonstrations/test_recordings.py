@@ -38,7 +38,7 @@ def test_resampling_at_the_rate_of_the_recording_changes_nothing():
 
 def test_angles_are_interpolated_the_shorter_way_round():
     recording = Recording([[6.1, 6.1], [0.1, 0.1]], [0.0, 1.0], np.array([0, 2]), ("a", "x"))
-    made = resample(recording, 2, period=[2 * np.pi, np.inf])
+    made = resample(unwrapped(recording, [2 * np.pi, np.inf]), 2)
     assert made.positions[1] == pytest.approx([(6.1 + 0.1 + 2 * np.pi) / 2, 3.1])
 
 
@@ -83,7 +83,7 @@ def test_trajectories_are_chosen_by_their_start():
 def test_bad_periods_are_refused():
     for period in ([1.0], [0.0, 1.0]):
         with pytest.raises(InputError, match="period"):
-            resample(two(), 1, period=period)
+            unwrapped(two(), period)
 
 
 def test_times_that_stand_still_are_refused_with_their_row():

@@ -92,34 +92,27 @@ def piece_names(names: Sequence[str], parent: Ints) -> tuple[tuple[str, ...], ND
     return tuple(labels), piece == pieces[parent] - 1
 
 
-def resample(recording: Recording, rate: float, *, period: Sequence[float] | None = None) -> Recording:
+def resample(recording: Recording, rate: float) -> Recording:
     """Every trajectory at a fixed rate, by linear interpolation between its samples.
 
     Parameters
     ----------
     rate:
         Samples per ``time_unit`` (Hz for seconds). The times are first + k/rate; the last sample of the trajectory
-        stays as its end point, so the last step may be shorter than the others.
-    period:
-        (d,) length after which a dimension wraps (2π for an angle), infinity where it does not. Wrapping
-        dimensions are interpolated the shorter way round and may leave [0, period).
+        stays as its end point, so the last step may be shorter than the others. Angles: ``unwrapped`` first.
 
     Raises
     ------
     InputError
-        The rate is not above 0, the periods do not fit, the recording carries actions, or the request makes more
-        than 100 samples for each one there is and more than a million in all.
+        The rate is not above 0, the recording carries actions, or the request makes more than 100 samples for each
+        one there is and more than a million in all.
     """
     rate = positive("rate", rate)
     if recording.actions is not None:
         raise InputError("rate", found=rate, wanted="None: recorded actions are not interpolated", hint="use every=")
-    wraps = real_array("period", period or [np.inf] * recording.positions.shape[1], ndim=1, finite=False)
-    if wraps.size != recording.positions.shape[1] or not (wraps > 0).all():
-        wanted = f"{recording.positions.shape[1]} numbers above 0, infinite for none"
-        raise InputError("period", found=list(wraps), wanted=wanted)
     _check_size(recording, rate)
     parts = [
-        _resample_one(recording.positions[a:b], recording.times[a:b], rate, wraps)
+        _resample_one(recording.positions[a:b], recording.times[a:b], rate)
         for a, b in zip(recording.offset[:-1], recording.offset[1:], strict=True)
     ]
     made = sum(p[2] for p in parts)
@@ -132,7 +125,7 @@ def resample(recording: Recording, rate: float, *, period: Sequence[float] | Non
     )
 
 
-def _resample_one(places: Floats, times: Floats, rate: float, wraps: Floats) -> tuple[Floats, Floats, int]:
+def _resample_one(places: Floats, times: Floats, rate: float) -> tuple[Floats, Floats, int]:
     """Positions, times and the number of interpolated samples of one trajectory."""
     steps = (times[-1] - times[0]) * rate
     last = int(np.floor(steps + ON_GRID))
@@ -143,10 +136,7 @@ def _resample_one(places: Floats, times: Floats, rate: float, wraps: Floats) -> 
         grid[-1] = times[-1]
     else:
         grid = np.append(grid, times[-1])
-    unwrapped = np.array(places)
-    for k in np.flatnonzero(np.isfinite(wraps)):
-        unwrapped[:, k] = np.unwrap(places[:, k], period=wraps[k])
-    made = np.stack([np.interp(grid, times, column) for column in unwrapped.T], axis=1)
+    made = np.stack([np.interp(grid, times, column) for column in places.T], axis=1)
     near = np.clip(np.searchsorted(times, grid), 1, len(times) - 1)
     off = np.minimum(np.abs(grid - times[near - 1]), np.abs(grid - times[near]))
     return made, grid, int((off * rate > ON_GRID).sum())

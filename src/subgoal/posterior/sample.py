@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -133,14 +134,17 @@ def sample(
 def _advance(
     rounds: Rounds, records: list[ChainRecord], keeper: Checkpoint | None, display: Progress, total: int
 ) -> None:
-    """Rounds until all is done or Ctrl-C; workers that Ctrl-C ended lose their last round and nothing else."""
+    """Rounds until all is done or Ctrl-C; worker processes that Ctrl-C ended lose their last round and nothing else.
+
+    A second Ctrl-C, in the middle of a round, is passed on: the streams have run on, so the records may not be used.
+    """
     with Interrupt() as interrupt, display:
         try:
             while not interrupt.requested and rounds.advance(records):
                 display.update(rounds.done(records), total)
                 if keeper is not None:
                     keeper.write_if_due(records)
-        except (Exception, KeyboardInterrupt):
+        except BrokenExecutor:
             if not interrupt.requested:
                 raise
 
