@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from subgoal.demonstrations import Demonstrations, Recording, Source, resample, split_at_gaps, starting_in
+from subgoal.demonstrations.angles import unwrapped
 from subgoal.runtime.errors import InputError
 
 
