@@ -1,0 +1,1 @@
+"""Discrete worlds: tabular decision processes, grid worlds, and planning in them."""
