@@ -120,8 +120,10 @@ class Demonstrations:
         (D, d) or (D,) where each trajectory ended; the last state of each if not given.
     truncated:
         (D,) True where the recording stopped before the demonstrator did.
+    coordinates:
+        (S, d) where the states of a discrete world lie, for distances and pictures, or None.
     names, units, trajectory_names, time_unit, source:
-        As in ``Recording``.
+        As in ``Recording``; one name per dimension of the states, or of the coordinates where there are some.
 
     Raises
     ------
@@ -140,6 +142,7 @@ class Demonstrations:
     trajectory_names: tuple[str, ...] = ()
     time_unit: str = "s"
     source: Source = field(default_factory=Source)
+    coordinates: Any = None
 
     def __post_init__(self) -> None:
         states, actions = _values("states", self.states), _values("actions", self.actions)
@@ -157,7 +160,9 @@ class Demonstrations:
             _same_length("times", times, len(states))
         _set(self, states=states, actions=actions, offset=offset, times=times)
         _set(self, final_states=frozen(final), truncated=frozen(truncated))
-        width = states.shape[1] if states.ndim == 2 else 1
+        coordinates = None if self.coordinates is None else _coordinates(self.coordinates, states, final)
+        _set(self, coordinates=coordinates)
+        width = states.shape[1] if states.ndim == 2 else 1 if coordinates is None else coordinates.shape[1]
         _set(self, names=_labels("names", self.names, width, "x"))
         _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, count, "T"))
 
@@ -192,10 +197,29 @@ class Demonstrations:
         return np.repeat(np.arange(self.n_trajectories), np.diff(self.offset))
 
     @property
+    def is_discrete(self) -> bool:
+        """Whether states are numbers of states and not positions."""
+        return np.ndim(self.states) == 1
+
+    @property
+    def places(self) -> Floats:
+        """(N, d) where each observation lies: its position, the coordinates of its state, or the state's number."""
+        return self._placed(self.states)
+
+    @property
+    def final_places(self) -> Floats:
+        """(D, d) where each trajectory ended, as ``places``."""
+        return self._placed(self.final_states)
+
+    @property
     def extent(self) -> float:
-        """Largest range over the dimensions of the states, final states included (float states only)."""
-        places = np.vstack([self.states, self.final_states])
-        return float(np.ptp(places, axis=0).max())
+        """Largest range over the dimensions of the places, final ones included."""
+        return float(np.ptp(np.vstack([self.places, self.final_places]), axis=0).max())
+
+    def _placed(self, states: Any) -> Floats:
+        if not self.is_discrete:
+            return np.asarray(states)
+        return np.asarray(states, float)[:, None] if self.coordinates is None else np.asarray(self.coordinates[states])
 
 
 def _values(what: str, value: Any) -> Any:
@@ -208,6 +232,20 @@ def _values(what: str, value: Any) -> Any:
     if array.ndim == 1:
         array = array[:, None]
     return real_array(what, array, ndim=2)
+
+
+def _coordinates(value: Any, states: Any, final: Any) -> Floats:
+    """(S, d) with a row for every state there is."""
+    if states.ndim != 1:
+        raise InputError("coordinates", found="coordinates beside positions", wanted="None: positions are coordinates")
+    coordinates = real_array("coordinates", value, ndim=2)
+    for what, values in (("states", states), ("final_states", final)):
+        outside = (values < 0) | (values >= len(coordinates))
+        if outside.any():
+            k = int(np.argmax(outside))
+            wanted = f"a state of 0 to {len(coordinates) - 1}, as there are coordinates"
+            raise InputError(what, where=f"index {k}", found=int(values[k]), wanted=wanted)
+    return coordinates
 
 
 def _same_length(what: str, array: Any, count: int) -> None:

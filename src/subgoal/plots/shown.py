@@ -65,15 +65,13 @@ def _within(lengths: Ints) -> Ints:
 
 
 def places_of(data: Demonstrations | Recording) -> Floats:
-    """(N, d) positions; states of a discrete world as one column."""
-    raw = data.positions if isinstance(data, Recording) else data.states
-    return np.asarray(raw, float).reshape(len(raw), -1)
+    """(N, d) positions; coordinates or numbers of the states of a discrete world."""
+    return data.positions if isinstance(data, Recording) else data.places
 
 
 def ends_of(demonstrations: Demonstrations) -> Floats:
     """(D, d) where each trajectory ended."""
-    final = demonstrations.final_states
-    return np.asarray(final, float).reshape(len(final), -1)
+    return demonstrations.final_places
 
 
 def clock_of(data: Demonstrations | Recording) -> tuple[Floats, str]:
