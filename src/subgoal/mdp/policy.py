@@ -1,0 +1,54 @@
+"""Policies: one action per state, (S,) integers, or a probability for each, (S, A)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from subgoal.mdp.tabular import ROW_TOLERANCE, TabularMDP
+from subgoal.runtime.checks import frozen, real_array
+from subgoal.runtime.errors import InputError
+
+
+def check_policy(mdp: TabularMDP, policy: Any) -> NDArray[Any]:
+    """``policy`` as (S,) integers, −1 in terminal states, or as (S, A) probabilities, zero in terminal states.
+
+    What a policy says of terminal states is not looked at. Raises ``InputError`` naming the first state whose action
+    is not available or whose probabilities are not those of available actions, summing to one within 1e-8.
+    """
+    array = np.asarray(policy)
+    if array.dtype.kind in "iu" and array.shape == (mdp.n_states,):
+        return _actions(mdp, array.astype(np.int64))
+    if array.shape == (mdp.n_states, mdp.n_actions) and array.dtype.kind in "iuf":
+        return _chances(mdp, real_array("policy", array, ndim=2))
+    found = f"{array.dtype} of shape {array.shape}"
+    shape = (mdp.n_states, mdp.n_actions)
+    raise InputError("policy", found=found, wanted=f"integers of shape {shape[:1]} or probabilities of shape {shape}")
+
+
+def _actions(mdp: TabularMDP, actions: NDArray[Any]) -> NDArray[Any]:
+    inside = (actions >= 0) & (actions < mdp.n_actions)
+    legal = mdp.available[np.arange(mdp.n_states), np.where(inside, actions, 0)] & inside
+    _check(mdp, ~legal, lambda state: f"action {actions[state]}")
+    return frozen(np.where(mdp.terminal, -1, actions))
+
+
+def _chances(mdp: TabularMDP, chances: NDArray[Any]) -> NDArray[Any]:
+    _check(mdp, (chances < 0).any(axis=1), lambda state: f"a probability of {chances[state].min()}")
+    stray = ((chances > 0) & ~mdp.available).any(axis=1)
+    _check(mdp, stray, lambda state: f"a chance of action {np.argmax((chances[state] > 0) & ~mdp.available[state])}")
+    sums = chances.sum(axis=1)
+    bad = ~(np.abs(sums - 1) <= ROW_TOLERANCE)
+    _check(mdp, bad, lambda state: f"probabilities that sum to {sums[state]:.12g}", wanted="1 within 1e-8")
+    return frozen(np.where(mdp.terminal[:, None], 0.0, chances))
+
+
+def _check(mdp: TabularMDP, bad: NDArray[Any], found: Any, wanted: str = "") -> None:
+    bad = bad & ~mdp.terminal
+    if bad.any():
+        state = int(np.argmax(bad))
+        legal = ", ".join(str(action) for action in np.flatnonzero(mdp.available[state]))
+        wanted = wanted or f"chances of 0 to 1 of available actions only ({legal})"
+        raise InputError("policy", where=f"state {state}", found=found(state), wanted=wanted)
