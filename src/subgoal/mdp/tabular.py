@@ -1,4 +1,4 @@
-"""``TabularMDP``: a finite Markov decision process without a reward (thesis 2.1, MDP\\R), successors stored sparsely."""
+"""``TabularMDP``: a finite Markov decision process without a reward (thesis 2.1), successors stored sparsely."""
 
 from __future__ import annotations
 

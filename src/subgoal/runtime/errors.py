@@ -51,6 +51,10 @@ class BudgetError(SubgoalError, MemoryError):
         )
 
 
+class PlanningError(SubgoalError):
+    """A planner did not reach its tolerance; the message says how far it came and what to try."""
+
+
 class StoppedError(SubgoalError):
     """The run was stopped before it had anything to give."""
 

@@ -22,11 +22,16 @@ def worker_count(workers: int | None) -> int:
 def run_all(
     function: Callable[..., Any], jobs: Iterable[tuple[Any, ...]], *, workers: int | None, backend: str = "threading"
 ) -> list[Any]:
-    """``function(*job)`` for every job, in order: in threads, in processes ("loky"), or on a connected Dask cluster."""
+    """``function(*job)`` for every job, in order: in threads, in processes ("loky"), or on a connected Dask cluster.
+
+    One thread is this one: nothing is started for it.
+    """
     from joblib import Parallel, delayed, parallel_config
 
     if backend not in BACKENDS:
         raise InputError("backend", found=repr(backend), wanted=", ".join(map(repr, BACKENDS)))
+    if backend == "threading" and worker_count(workers) == 1:
+        return [function(*job) for job in jobs]
     try:
         config = parallel_config(backend, n_jobs=worker_count(workers))
     except ImportError:

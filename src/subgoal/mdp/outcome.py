@@ -1,0 +1,13 @@
+"""How a planner ended, shared by all of them."""
+
+from __future__ import annotations
+
+import enum
+
+
+class PlanStatus(enum.Enum):
+    """What a plan is worth; the value says it in words."""
+
+    SOLVED = "solved: the error bound is within the tolerance"
+    ROUNDING = "as exact as rounding allows; the error bound is above the tolerance. Try: a larger tolerance"
+    LIMIT = "NOT CONVERGED: the limit of sweeps was reached. Try: more sweeps or a larger tolerance"
