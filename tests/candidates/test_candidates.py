@@ -111,9 +111,8 @@ def test_visited_places_once_each_ends_included() -> None:
     demos = Demonstrations.from_arrays([[0.0], [1.0], [0.0]], np.ones(3), [0, 3], final_states=[[7.0]])
     assert sorted(subgoal.visited(demos).points.ravel()) == [0.0, 1.0, 7.0]
     discrete = Demonstrations.from_arrays(np.arange(3), np.arange(3))
-    for make in (subgoal.visited, subgoal.epsilon_net):
-        with pytest.raises(InputError, match="discrete"):
-            make(discrete)
+    with pytest.raises(InputError, match="discrete"):
+        subgoal.epsilon_net(discrete)
 
 
 def write(tmp_path: Path, text: str | bytes) -> Path:

@@ -80,9 +80,9 @@ LIKELIHOODS = [
         NORMALISERS + "::test_action_normaliser_in_one_and_two_dimensions"),
     Bug("the same confidence as before", "likelihood/table.py", "table = replace(self, confidence=confidence)",
         "table = self", "likelihood/test_table.py::test_confidence_can_be_changed_afterwards"),
-    Bug("prior not normalised", "candidates.py", "values - total if abs(total) > ROUNDING else values", "values",
+    Bug("prior not normalised", "candidates/record.py", "values - total if abs(total) > ROUNDING else values", "values",
         "candidates/test_candidates.py::test_prior_is_normalised_and_uniform_by_default"),
-    Bug("end points left out of the net", "candidates.py", "ends = np.arange(demonstrations.n_trajectories)",
+    Bug("end points left out of the net", "candidates/places.py", "ends = np.arange(demonstrations.n_trajectories)",
         "ends = np.arange(0)", "candidates/test_candidates.py::test_net_covers_and_keeps_its_distance_and_every_end"),
 ]  # fmt: skip
 RESULTS = [

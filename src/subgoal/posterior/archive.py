@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
@@ -39,6 +40,11 @@ def save(posterior: Posterior, path: str | Path) -> Path:
     arrays |= {f"parameter_{name}": values for name, values in posterior.parameters.items()}
     if demos.times is not None:
         arrays["times"] = demos.times
+    if demos.coordinates is not None:
+        arrays["coordinates"] = demos.coordinates
+    if candidates.goal_sets is not None:
+        arrays["goal_state"] = np.concatenate(candidates.goal_sets)
+        arrays["goal_offset"] = np.cumsum([0, *(len(each) for each in candidates.goal_sets)])
     if posterior.assignments is not None:
         arrays["assignments"] = posterior.assignments
     header = {
@@ -72,11 +78,11 @@ def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Poste
         states=arrays["states"], actions=arrays["actions"], offset=arrays["offset"], times=arrays.get("times"),
         final_states=arrays["final_states"], truncated=arrays["truncated"], names=tuple(header["names"]),
         units=header["units"], trajectory_names=tuple(header["trajectory_names"]), time_unit=header["time_unit"],
-        source=Source(**header["source"]),
+        source=Source(**header["source"]), coordinates=arrays.get("coordinates"),
     )  # fmt: skip
     candidates = Candidates(
         points=arrays["points"], log_prior=arrays["log_prior"], names=tuple(header["candidate_names"]),
-        radius=header["radius"], metric=Metric(arrays["weights"], arrays["period"]),
+        radius=header["radius"], metric=Metric(arrays["weights"], arrays["period"]), goal_sets=_goal_sets(arrays),
     )  # fmt: skip
     settings = Settings(**header["settings"])
     shape = demos.n_observations, candidates.n_candidates
@@ -93,6 +99,12 @@ def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Poste
         status=Status[header["status"]], uninformative=arrays["uninformative"], seconds=header["seconds"],
         likelihood=remade,
     )  # fmt: skip
+
+
+def _goal_sets(arrays: dict[str, NDArray[Any]]) -> list[NDArray[Any]] | None:
+    if "goal_state" not in arrays:
+        return None
+    return np.split(arrays["goal_state"], arrays["goal_offset"][1:-1])
 
 
 def _prefixed(arrays: dict[str, NDArray[Any]], prefix: str) -> dict[str, NDArray[Any]]:

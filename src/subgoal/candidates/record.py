@@ -1,26 +1,21 @@
-"""Where subgoals may lie: visited states, an ε-net of them, a grid, or the user's own named places."""
+"""``Candidates``: the places or sets of states where a subgoal may lie, with their prior."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
 
 from subgoal.demonstrations.metric import Metric
-from subgoal.demonstrations.records import Demonstrations
-from subgoal.demonstrations.thinning import epsilon_net_indices
-from subgoal.runtime.checks import Floats, frozen, positive, real_array
-from subgoal.runtime.errors import BudgetError, InputError, ReadError
+from subgoal.runtime.checks import Floats, Ints, frozen, positive, real_array
+from subgoal.runtime.errors import BudgetError, InputError
 
-DEFAULT_NET = 0.03
 LEAST_LOG_PRIOR = -600.0
 """A smaller prior cannot be told from zero in the arithmetic of the samplers."""
 MOST_GRID_POINTS = 1_000_000
-SEPARATORS = (",", ";", "\t", "|")
 ROUNDING = 1e-12
 """A prior that sums to one within this is left alone, so that normalising twice is normalising once."""
 
@@ -41,6 +36,9 @@ class Candidates:
         ε for nets, spacing for grids, 0 for named, tabular and feature places. Half of it counts as being there.
     metric:
         The distance used for nets, for "there", and for merging near-duplicates.
+    goal_sets:
+        G arrays of states of a discrete world: the subgoal is reached in any state of its set (thesis Definitions 1
+        and 3). None for places in space.
     """
 
     points: Floats
@@ -48,6 +46,7 @@ class Candidates:
     names: tuple[str, ...] = ()
     radius: float = 0.0
     metric: Any = None
+    goal_sets: Any = None
 
     def __post_init__(self) -> None:
         points = real_array("candidate points", self.points, ndim=(1, 2))
@@ -70,6 +69,8 @@ class Candidates:
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "radius", positive("candidate radius", self.radius, zero=True))
         object.__setattr__(self, "metric", metric)
+        if self.goal_sets is not None:
+            object.__setattr__(self, "goal_sets", _sets(self.goal_sets, len(points)))
 
     def __repr__(self) -> str:
         return f"Candidates({self.n_candidates} places in {self.points.shape[1]}-D, radius {self.radius:g})"
@@ -80,6 +81,27 @@ class Candidates:
     ) -> Candidates:
         """The user's own places, shape (G, d): exits, ports, waypoints, with names and prior if there are any."""
         return cls(points=points, names=tuple(names), log_prior=log_prior, radius=radius, metric=metric)
+
+    @classmethod
+    def from_states(
+        cls, goals: Any, *, coordinates: Any = None, points: Any = None, names: Sequence[str] = (),
+        log_prior: Any = None, radius: float = 0.0,
+    ) -> Candidates:  # fmt: skip
+        """States, or sets of states, of a discrete world.
+
+        Each lies at ``points`` (G, d) if given, else at the mean of the ``coordinates`` (S, d) of its states, else at
+        its smallest state's number.
+        """
+        sets = _sets([np.atleast_1d(each) for each in goals], len(goals))
+        if points is None and coordinates is None:
+            points = np.array([[each[0]] for each in sets], float)
+        elif points is None:
+            table = real_array("coordinates", coordinates, ndim=2)
+            last = max(int(each[-1]) for each in sets)
+            if last >= len(table):
+                raise InputError("goals", found=f"state {last}", wanted=f"a state of 0 to {len(table) - 1}")
+            points = np.stack([table[each].mean(axis=0) for each in sets])
+        return cls(points=points, names=tuple(names), log_prior=log_prior, radius=radius, goal_sets=sets)
 
     @classmethod
     def grid(cls, lower: Any, upper: Any, spacing: float, *, metric: Metric | None = None) -> Candidates:
@@ -113,72 +135,6 @@ class Candidates:
         return self.names[g] if self.names else ""
 
 
-def epsilon_net(
-    demonstrations: Demonstrations, radius: float | None = None, *, metric: Metric | None = None
-) -> Candidates:
-    """Visited places no closer than ``radius`` to each other (thesis Alg. 5 lines 2-7), every end point among them.
-
-    ``radius`` None is 3 % of the largest extent of the states in the metric.
-    """
-    places = np.vstack([demonstrations.final_states, _continuous(demonstrations)])
-    metric = Metric.euclidean(places.shape[1]) if metric is None else metric
-    if radius is None:
-        radius = DEFAULT_NET * float((np.ptp(places, axis=0) * metric.weights).max())
-    radius = positive("radius", radius, zero=True)
-    ends = np.arange(demonstrations.n_trajectories)
-    return Candidates(points=places[epsilon_net_indices(places, radius, metric, ends)], radius=radius, metric=metric)
-
-
-def visited(demonstrations: Demonstrations, *, metric: Metric | None = None) -> Candidates:
-    """Every visited place once (thesis Proposition 1), end points included."""
-    places = np.vstack([demonstrations.final_states, _continuous(demonstrations)])
-    return Candidates(points=np.unique(places, axis=0), metric=metric)
-
-
-def read_candidates(path: str | Path, position: Sequence[str], *, metric: Metric | None = None) -> Candidates:
-    """Places from a CSV file: the ``position`` columns, optionally ``name`` and ``log_prior`` (or ``prior``) columns.
-
-    Raises ``ReadError`` for a file that is not such a table.
-    """
-    import pandas as pd
-
-    try:
-        with Path(path).open(encoding="utf-8-sig") as stream:
-            separator = max(SEPARATORS, key=stream.readline().count)
-        table = pd.read_csv(path, sep=separator, encoding="utf-8-sig")
-    except (OSError, ValueError) as problem:
-        raise ReadError("candidates file", found=str(problem), wanted="a readable CSV table", where=str(path)) from None
-    if not isinstance(table.index, pd.RangeIndex):
-        raise ReadError("candidates file", where=str(path), found="rows longer than the header",
-                        wanted="as many fields as columns")  # fmt: skip
-    missing = [name for name in position if name not in table.columns]
-    if missing:
-        raise ReadError(
-            "candidates file",
-            where=str(path),
-            found=f"columns {list(table.columns)}",
-            wanted=f"columns {list(position)}",
-        )
-    prior = None
-    if "log_prior" in table.columns:
-        prior = table["log_prior"].to_numpy()
-    elif "prior" in table.columns:
-        given = real_array("column prior", table["prior"].to_numpy(), ndim=1)
-        if not (given > 0).all():
-            row = int(np.argmax(~(given > 0)))
-            raise ReadError("column prior", where=f"row {row} of {path}", found=given[row], wanted="numbers above 0")
-        prior = np.log(given)
-    names = tuple(table["name"].astype(str)) if "name" in table.columns else ()
-    return Candidates(points=table[list(position)].to_numpy(), names=names, log_prior=prior, metric=metric)
-
-
-def _continuous(demonstrations: Demonstrations) -> Floats:
-    states = np.asarray(demonstrations.states)
-    if states.ndim != 2:
-        raise InputError("demonstrations", found="discrete states", wanted="positions (N, d)")
-    return states
-
-
 def _normalised(log_prior: Any, count: int) -> Floats:
     if log_prior is None:
         return np.asarray(frozen(np.full(count, -np.log(count))))
@@ -194,3 +150,15 @@ def _normalised(log_prior: Any, count: int) -> Floats:
             wanted=f"at least {LEAST_LOG_PRIOR:g}", hint="leave out a candidate that is all but impossible",
         )  # fmt: skip
     return np.asarray(frozen(values))
+
+
+def _sets(given: Any, count: int) -> tuple[Ints, ...]:
+    """Each set as sorted states, none of them empty or negative."""
+    arrays = [np.asarray(each) for each in given]
+    if len(arrays) != count or not count:
+        raise InputError("goal_sets", found=f"{len(arrays)} sets", wanted=f"{max(count, 1)}, one per candidate")
+    for g, each in enumerate(arrays):
+        if each.dtype.kind not in "iu" or each.ndim != 1 or not each.size or each.min() < 0:
+            raise InputError("goal_sets", where=f"candidate {g}", found=f"{each.tolist()}"[:60],
+                             wanted="states: whole numbers of at least 0, one or more")  # fmt: skip
+    return tuple(frozen(np.unique(each.astype(np.int64))) for each in arrays)

@@ -1,0 +1,30 @@
+"""Log probabilities of actions under a softmax of their values, for many goals side by side."""
+
+from __future__ import annotations
+
+from math import exp, log
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def softmax_tile(values, rows, actions, confidence, out):
+    """Write ``out`` (B, G): α·Q(s, a) − log Σ_b exp(α·Q(s, b)) for row and action of each of B pairs.
+
+    ``values`` (U, A, G) are −inf for illegal actions, which have no part in the sum.
+    """
+    n_actions, g_count = values.shape[1], values.shape[2]
+    peak, total = np.empty(g_count), np.empty(g_count)
+    for i in range(rows.size):
+        table = values[rows[i]]
+        for g in range(g_count):
+            peak[g], total[g] = table[0, g], 0.0
+        for a in range(1, n_actions):
+            for g in range(g_count):
+                peak[g] = table[a, g] if table[a, g] > peak[g] else peak[g]
+        for a in range(n_actions):
+            for g in range(g_count):
+                total[g] += exp(confidence * (table[a, g] - peak[g]))
+        for g in range(g_count):
+            out[i, g] = confidence * (table[actions[i], g] - peak[g]) - log(total[g])

@@ -1,0 +1,55 @@
+"""BNIRL (thesis chapter 4): several subgoals out of one unsegmented demonstration in a discrete world."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from subgoal.candidates import Candidates, visited
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, planned_actions
+from subgoal.mdp.first_passage import Convention
+from subgoal.mdp.tabular import TabularMDP
+from subgoal.posterior.posterior import Posterior
+from subgoal.posterior.sample import sample
+
+
+def bnirl(
+    demonstrations: Demonstrations,
+    mdp: TabularMDP,
+    *,
+    candidates: Candidates | None = None,
+    confidence: float = DEFAULT_CONFIDENCE,
+    concentration: float = 1.0,
+    convention: Convention = "continuing",
+    **sampling: Any,
+) -> Posterior:
+    """Bayesian nonparametric inverse reinforcement learning, thesis Algorithm 4 with its errors mended.
+
+    Plans for every candidate subgoal (lines 2-3), tabulates the softmax likelihood (4.2), and samples which subgoal
+    explains which observation (lines 6-16) from the exact posterior (4.5).
+
+    Parameters
+    ----------
+    demonstrations, mdp:
+        States (N,) and actions (N,), and the world they are of.
+    candidates:
+        Where subgoals may be; None is every visited state with a uniform prior (Proposition 1). See
+        ``visited_and_successors``, ``every_state`` and ``feature_subgoals`` for others.
+    confidence:
+        α per unit of the goal's reward; 10 to 30 suits a demonstrator who rarely errs.
+    concentration:
+        η of the Chinese restaurant process (2.8).
+    convention:
+        Whether a goal is rewarded at every visit or ends the episode; see ``planned_actions``.
+    sampling:
+        Settings of ``sample``: sampler, chains, draws, warmup, thin, seed, workers, checkpoint and so on.
+
+    Raises
+    ------
+    What ``planned_actions`` and ``sample`` raise.
+    """
+    candidates = visited(demonstrations) if candidates is None else candidates
+    likelihood = planned_actions(
+        demonstrations, candidates, mdp, confidence=confidence, convention=convention, workers=sampling.get("workers")
+    )
+    return sample(likelihood, concentration=concentration, **sampling)
