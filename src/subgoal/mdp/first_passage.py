@@ -34,6 +34,8 @@ TIGHTENINGS = 6
 SAFETY = 0.5
 """Part of the tolerance that the values away from the goal may use; what is left is for the goal's own."""
 FLOOR = 2e-16
+ROUNDING = 2e-15
+"""What the backup of a value of one may be wrong by in its last digits."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,8 +52,8 @@ class SubgoalPlan:
         (U, A, G) Q*(s, a) with subgoal g, −inf for illegal actions; None unless ``states`` were asked for.
     convention:
         "continuing" or "absorbing".
-    error_bound:
-        No value and no action value is further than this from the exact one.
+    error_bound, tolerance:
+        No value and no action value is further than the first from the exact one; the second was asked for.
     status:
         Whether that is within the tolerance.
     sweeps, backups:
@@ -63,6 +65,7 @@ class SubgoalPlan:
     action_values: Any
     convention: Convention
     error_bound: float
+    tolerance: float
     status: PlanStatus
     sweeps: int
     backups: int
@@ -90,8 +93,6 @@ class _Compressed(NamedTuple):
 
 
 class _Solved(NamedTuple):
-    value: Floats
-    rows: Any
     error: float
     limited: bool
     sweeps: int
@@ -134,8 +135,8 @@ def plan_subgoals(
     progress:
         Told how many groups of goals are done.
 
-    Memory: 8·S bytes for each of the 20 goals in work on each worker, beside the compressed transition table and the
-    result: 8·S·G bytes for all values, or 8·U·(A + 1)·G for chosen states.
+    Memory: the result, which is 8·S·G bytes for all values or 8·U·(A + 1)·G for chosen states; beside it, whatever G
+    is, the compressed transition table and 8·S bytes for each of the 20 goals that each worker has in hand.
 
     Raises
     ------
@@ -152,7 +153,10 @@ def plan_subgoals(
     top = 1.0 / (1.0 - mdp.discount) if convention == "continuing" else 1.0
     tolerance = TOLERANCE * top if tolerance is None else positive("tolerance", tolerance)
     kept = None if states is None else np.atleast_1d(check_states("states", states, mdp.n_states))
-    job = _Job(mdp, sets, kept, convention, tolerance, whole("most_sweeps", most_sweeps))
+    n_rows = mdp.n_states if kept is None else kept.size
+    value = np.empty((n_rows, len(sets)))
+    rows = None if kept is None else np.empty((n_rows, mdp.n_actions, len(sets)))
+    job = _Job(mdp, sets, kept, convention, tolerance, whole("most_sweeps", most_sweeps), value, rows)
     if workers is None and mdp.n_states * len(sets) < WORTH_THREADS:
         workers = 1
     with progress or Silent() as display:
@@ -162,7 +166,7 @@ def plan_subgoals(
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """What all groups of goals share."""
+    """What all groups of goals share; each group writes its own columns of ``value`` and ``rows``."""
 
     mdp: TabularMDP
     sets: list[Ints]
@@ -170,6 +174,8 @@ class _Job:
     convention: Convention
     tolerance: float
     most_sweeps: int
+    value: Floats
+    rows: Any
     done: list[int] = field(default_factory=list)
 
     @cached_property
@@ -216,9 +222,10 @@ class _Job:
                 break
             target = max(FLOOR, target * min(0.1, SAFETY * self.tolerance / error))
         value *= scale
+        self._keep(group, sets, value)
         self.done.append(len(group))
         display.update(sum(self.done), len(self.sets))
-        return _Solved(*self._rows(value, sets), error, sweeps >= self.most_sweeps, sweeps, backups)
+        return _Solved(error, sweeps >= self.most_sweeps, sweeps, backups)
 
     def _first_target(self, pinned: bool) -> float:
         """Largest change of a pass that promises the tolerance away from the goal."""
@@ -229,12 +236,13 @@ class _Job:
     def _scale(self, sets: list[Ints], value: Floats, residual: float, pinned: bool) -> tuple[Any, float]:
         """(L,) what first-passage values are multiplied with, and the error bound of the product."""
         discount = self.mdp.discount
-        error = discount * residual / (1 - discount)
+        rounding = ROUNDING / (1 - discount) if not pinned else ROUNDING
+        error = discount * (residual + rounding) / (1 - discount)
         if not pinned or self.convention == "absorbing":
             return 1.0, error
         goals = np.array([members[0] for members in sets])
         lanes = np.arange(goals.size)
-        ahead = np.maximum(self._ahead(goals, value).max(axis=1), 0.0)[lanes, lanes]
+        ahead = np.clip(self._ahead(goals, value).max(axis=1)[lanes, lanes], 0.0, discount)
         highest = np.minimum(discount, ahead + discount * error)
         own, most = 1 / (1 - ahead), 1 / (1 - highest)
         return own, float((error * most + (most - own)).max())
@@ -246,21 +254,20 @@ class _Job:
         loops.action_rows(states, mdp.offset, mdp.successor, mdp.probability, mdp.n_actions, mdp.discount, value, out)
         return out
 
-    def _rows(self, value: Floats, sets: list[Ints]) -> tuple[Floats, Any]:
-        """Values and action values of the kept states, or all values and none."""
+    def _keep(self, group: Ints, sets: list[Ints], value: Floats) -> None:
+        """Write values and action values of the kept states, or all values."""
         if self.kept is None:
-            return value, None
-        at = np.stack([np.isin(self.kept, members) for members in sets], axis=1)
+            self.value[:, group] = value
+            return
+        at = np.stack([np.isin(self.kept, members) for members in sets], axis=1)[:, None]
         rows = self._ahead(self.kept, value)
         if self.convention == "absorbing":
-            rows = np.where(at[:, None] & np.isfinite(rows), 0.0, rows)
-        return value[self.kept], rows + at[:, None]
+            rows[at & np.isfinite(rows)] = 0.0
+        self.value[:, group] = value[self.kept]
+        self.rows[:, :, group] = rows + at
 
 
 def _collected(job: _Job, solved: Sequence[_Solved], allow_unconverged: bool) -> SubgoalPlan:
-    places = np.argsort(np.concatenate(job.groups))
-    value = np.concatenate([each.value for each in solved], axis=1)[:, places]
-    rows = None if job.kept is None else np.concatenate([each.rows for each in solved], axis=2)[:, :, places]
     error = max(each.error for each in solved)
     limited = any(each.limited and not each.error <= job.tolerance for each in solved)
     status = PlanStatus.SOLVED if error <= job.tolerance else PlanStatus.LIMIT if limited else PlanStatus.ROUNDING
@@ -270,7 +277,7 @@ def _collected(job: _Job, solved: Sequence[_Solved], allow_unconverged: bool) ->
         raise PlanningError(f"planning for {len(job.sets)} subgoals: {status.value}, {hint} ({bound})")
     states = np.arange(job.mdp.n_states) if job.kept is None else job.kept
     return SubgoalPlan(
-        states, value, rows, job.convention, error, status, sum(each.sweeps for each in solved),
+        states, job.value, job.rows, job.convention, error, job.tolerance, status, sum(each.sweeps for each in solved),
         sum(each.backups for each in solved),
     )  # fmt: skip
 

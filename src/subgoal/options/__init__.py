@@ -1,0 +1,1 @@
+"""From a learned subgoal to behaviour: options and their execution."""

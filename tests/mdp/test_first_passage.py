@@ -1,0 +1,214 @@
+"""First-passage planning against policy iteration by dense linear solves, one goal at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from subgoal._kernels import first_passage as loops
+from subgoal.mdp.first_passage import LANES, plan_subgoals
+from subgoal.mdp.outcome import PlanStatus
+from subgoal.mdp.tabular import TabularMDP
+from subgoal.runtime.errors import InputError, PlanningError
+from tests.oracles.planning import random_world, subgoal_values
+
+KINDS = [
+    {},
+    {"n_states": 1, "n_actions": 1},
+    {"terminal": 2},
+    {"illegal": True},
+    {"one_way": True},
+    {"n_states": 40, "n_actions": 5, "illegal": True, "terminal": 3},
+]
+
+
+def world(seed: int, discount: float, **kind) -> tuple[TabularMDP, tuple]:
+    table, legal, ends = random_world(seed, **kind)
+    return TabularMDP.from_dense(table, discount, available=legal, terminal=ends), (table, legal, ends)
+
+
+def everything(n_states: int, seed: int) -> list[list[int]]:
+    """Every single state, and a few sets."""
+    generator = np.random.default_rng(seed)
+    sets = [sorted({int(s) for s in generator.integers(n_states, size=3)}) for _ in range(3)]
+    return [[s] for s in range(n_states)] + sets
+
+
+@pytest.mark.parametrize("convention", ["continuing", "absorbing"])
+@pytest.mark.parametrize("discount", [0.0, 0.5, 0.99])
+@pytest.mark.parametrize("kind", KINDS, ids=str)
+def test_values_are_those_of_policy_iteration(kind: dict, discount: float, convention: str) -> None:
+    for seed in range(4):
+        mdp, dense = world(seed, discount, **kind)
+        goals = everything(mdp.n_states, seed)
+        plan = plan_subgoals(mdp, goals, states=np.arange(mdp.n_states), convention=convention)
+        assert plan.status is PlanStatus.SOLVED
+        assert plan.error_bound <= plan.tolerance
+        for g, goal in enumerate(goals):
+            value, q = subgoal_values(*dense, goal, discount, convention)
+            # the oracle's own linear solve is exact to rounding times the condition 1/(1 - discount)
+            slack = plan.error_bound + 1e-13 / (1 - discount) ** 2
+            np.testing.assert_allclose(plan.value[:, g], value, rtol=0, atol=slack)
+            np.testing.assert_array_equal(np.isfinite(plan.action_values[:, :, g]), np.isfinite(q))
+            np.testing.assert_allclose(
+                np.where(np.isfinite(q), plan.action_values[:, :, g], 0), np.where(np.isfinite(q), q, 0),
+                rtol=0, atol=slack,
+            )  # fmt: skip
+
+
+def test_the_error_bound_is_kept_when_the_tolerance_is_loose() -> None:
+    for seed in range(20):
+        mdp, dense = world(seed, 0.95, n_states=30, n_actions=3)
+        plan = plan_subgoals(mdp, np.arange(30), tolerance=0.05)
+        exact = np.stack([subgoal_values(*dense, [g], 0.95, "continuing")[0] for g in range(30)], axis=1)
+        assert np.abs(plan.value - exact).max() <= plan.error_bound <= 0.05
+
+
+def corridor(n: int, discount: float, *, stay: bool = True) -> TabularMDP:
+    table = np.zeros((n, 3 if stay else 2, n))
+    for s in range(n):
+        table[s, 0, max(s - 1, 0)] = table[s, 1, min(s + 1, n - 1)] = 1
+        if stay:
+            table[s, 2, s] = 1
+    return TabularMDP.from_dense(table, discount)
+
+
+def test_a_corridor_by_hand() -> None:
+    """d steps to a goal that can be held: γ^d/(1 − γ)."""
+    plan = plan_subgoals(corridor(30, 0.9), [4])
+    np.testing.assert_allclose(plan.value[:, 0], 0.9 ** abs(np.arange(30) - 4) / 0.1, rtol=1e-9)
+
+
+def test_goal_conventions_differ_by_the_value_of_the_goal() -> None:
+    mdp, _ = world(3, 0.9, n_states=12)
+    goals = np.arange(12)
+    held = plan_subgoals(mdp, goals).value
+    once = plan_subgoals(mdp, goals, convention="absorbing").value
+    np.testing.assert_allclose(held, once * held[goals, goals], atol=2e-8)
+    mdp = corridor(12, 0.99)
+    held = plan_subgoals(mdp, goals).value
+    once = plan_subgoals(mdp, goals, convention="absorbing").value
+    np.testing.assert_allclose(once, (1 - 0.99) * held, atol=1e-9)
+
+
+def test_values_do_not_depend_on_workers_or_on_what_else_is_asked() -> None:
+    mdp, _ = world(0, 0.95, n_states=120, n_actions=4)
+    goals = np.arange(2 * LANES + 5)
+    first = plan_subgoals(mdp, goals, workers=1)
+    second = plan_subgoals(mdp, goals, workers=2)
+    np.testing.assert_array_equal(first.value, second.value)
+    rows = plan_subgoals(mdp, goals, states=[7, 3, 7])
+    np.testing.assert_array_equal(rows.value, first.value[[7, 3, 7]])
+
+
+def test_what_is_out_of_reach_is_said() -> None:
+    mdp, (table, _, _) = world(1, 0.9, n_states=8, one_way=True)
+    plan = plan_subgoals(mdp, np.arange(8))
+    reach = np.linalg.matrix_power(np.eye(8) + table.max(axis=1), 8) > 0
+    np.testing.assert_array_equal(plan.unreachable, ~reach)
+    assert plan.unreachable.any()
+
+
+def test_what_does_not_converge_raises_unless_told_otherwise() -> None:
+    mdp = corridor(50, 0.9)
+    with pytest.raises(PlanningError, match=r"NOT CONVERGED.*more sweeps"):
+        plan_subgoals(mdp, [0], most_sweeps=1)
+    plan = plan_subgoals(mdp, [0], most_sweeps=1, allow_unconverged=True)
+    assert plan.status is PlanStatus.LIMIT
+    assert not plan.error_bound <= plan.tolerance
+    with pytest.raises(PlanningError, match=r"rounding.*larger tolerance"):
+        plan_subgoals(corridor(50, 0.9999, stay=False), [0], tolerance=1e-14)
+
+
+def test_a_discount_near_one_is_solved() -> None:
+    plan = plan_subgoals(corridor(40, 0.9999), [0])
+    np.testing.assert_allclose(plan.value[:, 0], 0.9999 ** np.arange(40) / 1e-4, rtol=1e-8)
+
+
+def test_no_more_memory_than_is_said() -> None:
+    """8·S·G for all values, and beside it nothing that grows with G."""
+    import tracemalloc
+
+    mdp = corridor(2_000, 0.9)
+    used = {}
+    for count in (100, 1_000):
+        plan_subgoals(mdp, np.arange(count), workers=1)
+        tracemalloc.start()
+        plan = plan_subgoals(mdp, np.arange(count), workers=1)
+        used[count] = tracemalloc.get_traced_memory()[1] - plan.value.nbytes
+        tracemalloc.stop()
+        assert plan.value.nbytes == 8 * 2_000 * count
+    assert used[1_000] < used[100] + 300 * 900  # lists of goals and groups, some bytes each
+    assert used[1_000] < 4 * 8 * 2_000 * LANES
+
+
+@pytest.mark.parametrize(
+    ("goals", "match"),
+    [
+        ([5], "goal 0.*found 5, wanted a state of 0 to 3"),
+        ([-1], "found -1"),
+        ([0.5], "wanted integers"),
+        ([[0], []], "goal 1.*float64|goal 1: found no state"),
+        ([], "none"),
+        ([[0, 9]], "goal 0 at index 1: found 9"),
+        (np.array([1, 7]), "goals at index 1: found 7"),
+    ],
+)
+def test_goals_that_do_not_exist(goals, match: str) -> None:
+    with pytest.raises(InputError, match=match):
+        plan_subgoals(corridor(4, 0.9), goals)
+
+
+def test_other_bad_arguments() -> None:
+    mdp = corridor(4, 0.9)
+    for keywords, match in (
+        ({"states": [4]}, "states at index 0"),
+        ({"convention": "episodic"}, "convention"),
+        ({"tolerance": float("nan")}, "tolerance"),
+        ({"most_sweeps": 0}, "most_sweeps"),
+        ({"workers": 0}, "workers"),
+    ):
+        with pytest.raises(InputError, match=match):
+            plan_subgoals(mdp, [0], **keywords)
+    ending = TabularMDP.from_dense(np.array([[[0.0, 1.0]], [[0.0, 0.0]]]), 1.0)
+    with pytest.raises(InputError, match=r"discount.*below 1"):
+        plan_subgoals(ending, [0])
+
+
+def test_groups_hold_every_goal_once_and_near_ones_together() -> None:
+    mdp = corridor(100, 0.9)
+    rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, 3, 0.9)
+    edge, before = loops.find_predecessors(*rows[:3])
+    places = np.random.default_rng(0).permutation(100)[:40]
+    label = loops.near_groups(places, edge, before, 10)
+    np.testing.assert_array_equal(np.bincount(label), [10, 10, 10, 10])
+    first = places[label == 0]
+    others = places[label > 0]
+    assert np.abs(first - places[0]).max() <= np.abs(others - places[0]).min() + 1
+
+
+def test_compiled_loops_equal_their_python_forms() -> None:
+    mdp, _ = world(5, 0.9, n_states=25, n_actions=3, illegal=True, terminal=1)
+    rows = (mdp.offset, mdp.successor, mdp.probability, 3, 0.9)
+    compressed = loops.compress_rows(*rows)
+    for ours, theirs in zip(compressed, loops.compress_rows.py_func(*rows), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    before = loops.find_predecessors(*compressed[:3])
+    for ours, theirs in zip(before, loops.find_predecessors.py_func(*compressed[:3]), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    goals = np.array([3, 17, 9])
+    order = loops.distance_order(goals, *before)
+    np.testing.assert_array_equal(order, loops.distance_order.py_func(goals, *before))
+    np.testing.assert_array_equal(loops.near_groups(goals, *before, 2), loops.near_groups.py_func(goals, *before, 2))
+    mark, member = np.full(25, -1), np.eye(3, dtype=bool)
+    mark[goals] = np.arange(3)
+    values = []
+    for settle in (loops.settle, loops.settle.py_func):
+        value = np.zeros((25, 3))
+        settle(order, 1e-10, 500, *compressed, *before, mark, member, False, value)
+        values.append(value)
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-13)
+    out = np.empty((2, 2, 3, 3))
+    for made, action_rows in zip(out, (loops.action_rows, loops.action_rows.py_func), strict=True):
+        action_rows(goals[:2], *rows, values[0], made)
+    np.testing.assert_allclose(out[0], out[1], rtol=1e-13)
