@@ -10,7 +10,7 @@ from subgoal.mdp.first_passage import LANES, plan_subgoals
 from subgoal.mdp.outcome import PlanStatus
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import InputError, PlanningError
-from tests.oracles.planning import random_world, subgoal_values
+from tests.oracles.subgoal_planning import random_world, subgoal_values
 
 KINDS = [
     {},
