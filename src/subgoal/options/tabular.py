@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from subgoal.answers.scores import best_actions
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import PlannedActions
 from subgoal.mdp.first_passage import plan_subgoals
+from subgoal.mdp.policy import greedy_actions, uniform_policy
 from subgoal.mdp.simulate import simulate
 from subgoal.mdp.tabular import TabularMDP, check_states
 from subgoal.posterior.posterior import Posterior
@@ -96,8 +96,7 @@ def goal_option(mdp: TabularMDP, goal: Any, *, name: str = "goal") -> Option:
     states = np.flatnonzero(~mdp.terminal)
     plan = plan_subgoals(mdp, [members], states=states)
     policy = np.zeros((mdp.n_states, mdp.n_actions))
-    best = best_actions(plan.action_values[:, :, 0])
-    policy[states] = best / best.sum(axis=1, keepdims=True)
+    policy[states] = uniform_policy(greedy_actions(plan.action_values[:, :, 0], 2 * plan.error_bound))
     reached = np.zeros(mdp.n_states, bool)
     reached[states] = ~plan.unreachable[:, 0]
     there = np.zeros(mdp.n_states, bool)

@@ -1,0 +1,176 @@
+"""Action prediction (thesis 4.5): what the demonstrator would do in a state, by four rules that can be compared."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from subgoal.answers.subgoals import LISTED_FROM
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.planned_actions import PlannedActions
+from subgoal.mdp.first_passage import plan_subgoals
+from subgoal.mdp.tabular import check_states
+from subgoal.posterior.posterior import Posterior
+from subgoal.runtime.checks import Floats, Ints, positive, whole
+from subgoal.runtime.errors import InputError
+
+BANDWIDTHS = 12
+"""Bandwidths tried between the smallest and the largest distance of two observed places."""
+
+
+def predict_mixture(posterior: Posterior, states: Any) -> Floats:
+    """(M, A) posterior predictive p(a | s, O) = Σ_g w_g π_g(a | s), w_g = (E[n_g | O] + ηp_g) / (N + η).
+
+    The exact predictive of the exchangeable model: the weights do not depend on the state, the policies do. Raises
+    ``InputError`` for states (M,) that do not exist and for a posterior that was not made by planning.
+    """
+    return _mixed(posterior, states, _weights(posterior))
+
+
+def predict_literal(posterior: Posterior, states: Any) -> Floats:
+    """(M, A) the printed rule (4.14), applied to the best draw: one cluster, then the policy (4.2) of its subgoal.
+
+    The cluster is argmax_z Σ_a P(z | ẑ, ĝ, (s, a)). By (4.9) the sum is CRP(z)·Σ_a π_z(a | s) = CRP(z): it ignores the
+    state, and the largest cluster is chosen everywhere. Kept for comparison; ``predict_mixture`` is what it meant.
+    """
+    policies, row = _policies(posterior, states)
+    size = np.bincount(posterior.best_assignment, minlength=posterior.candidates.n_candidates)
+    used = np.flatnonzero(size)
+    score = (size[used] * policies[:, :, used]).sum(axis=1)
+    largest = used[np.argmax(np.round(score / posterior.n_observations, 12), axis=1)]
+    return np.asarray(policies[np.arange(len(policies)), :, largest][row])
+
+
+def predict_nearby(posterior: Posterior, states: Any, *, bandwidth: float | None = None) -> Floats:
+    """(M, A) a mixture whose weights hang on the place: w_g(s) ∝ Σ_i κ(s, s_i) P(θ_i = g | O) + ηp_g.
+
+    κ(s, s') = exp(−d²/2h²) over the distance d between the places of the states; for large h this is
+    ``predict_mixture``. ``bandwidth`` h is in units of the coordinates; None takes the one of twelve, from half the
+    smallest to the largest distance between observed places, that predicts each observation best from the trajectories
+    it is not part of (from the other observations, if there is one trajectory only).
+    """
+    if bandwidth is None:
+        bandwidth = best_bandwidth(posterior)
+    distance = _distances(_places(posterior, states), posterior.demonstrations.places)
+    near = np.exp(-0.5 * (distance / positive("bandwidth", bandwidth)) ** 2)
+    return _mixed(posterior, states, _local_weights(posterior, near))
+
+
+def predict_waypoints(
+    posterior: Posterior, demonstrations: Demonstrations, *, dwell: int = 0, cyclic: bool = False
+) -> Floats:
+    """(M, A) subgoals followed as waypoints in the order in which the demonstrations first served them (thesis 4.5).
+
+    Each trajectory of ``demonstrations`` (M observations) begins with the first waypoint, goes on to the next once it
+    has been there for ``dwell`` observations, and stays with the last, or begins again if ``cyclic``. Only states are
+    looked at, never actions.
+    """
+    sequence, dwell = waypoints(posterior), whole("dwell", dwell, least=0)
+    policies, row = _policies(posterior, demonstrations.states)
+    sets: Any = posterior.candidates.goal_sets
+    there = np.stack([np.isin(demonstrations.states, sets[g]) for g in sequence], axis=1)
+    aim = np.empty(demonstrations.n_observations, np.int64)
+    for a, b in zip(demonstrations.offset[:-1], demonstrations.offset[1:], strict=True):
+        at, stayed = 0, 0
+        for i in range(a, b):
+            while there[i, at] and stayed >= dwell and (cyclic or at < sequence.size - 1) and sequence.size > 1:
+                at, stayed = (at + 1) % sequence.size, 0
+            stayed += int(there[i, at])
+            aim[i] = sequence[at]
+    return np.asarray(policies[row, :, aim])
+
+
+def waypoints(posterior: Posterior) -> Ints:
+    """Candidates with at least 1 % of the observations, in the order in which the best draw first serves them.
+
+    The order is that of the median step of first use over the trajectories; unused ones come last, by falling share.
+    """
+    demos, theta, shares = posterior.demonstrations, posterior.best_assignment, posterior.expected_shares
+    listed = np.flatnonzero(shares >= LISTED_FROM)
+    listed = listed if listed.size else np.array([int(np.argmax(shares))])
+    step = np.arange(demos.n_observations) - demos.offset[:-1][demos.trajectory]
+    first = np.full((demos.n_trajectories, shares.size), np.inf)
+    np.minimum.at(first, (demos.trajectory, theta), step)
+    middle = [np.median(used) if (used := first[np.isfinite(first[:, g]), g]).size else np.inf for g in listed]
+    return np.asarray(listed[np.lexsort((-shares[listed], middle))])
+
+
+def best_bandwidth(posterior: Posterior) -> float:
+    """The bandwidth that ``predict_nearby`` takes when it is given none."""
+    demos = posterior.demonstrations
+    distance = _distances(demos.places, demos.places)
+    apart = distance[distance > 0]
+    if not apart.size:
+        return 1.0
+    other = demos.trajectory[:, None] != demos.trajectory[None]
+    if not other.any():
+        other = ~np.eye(len(distance), dtype=bool)
+    policies, row = _policies(posterior, demos.states)
+    taken = policies[row, demos.actions]
+    tried = np.geomspace(apart.min() / 2, apart.max(), BANDWIDTHS)
+    scores = [
+        np.log((_local_weights(posterior, np.exp(-0.5 * (distance / h) ** 2) * other) * taken).sum(axis=1)).mean()
+        for h in tried
+    ]
+    return float(tried[int(np.argmax(scores))])
+
+
+def _source(posterior: Posterior) -> PlannedActions:
+    source = None if posterior.likelihood is None else posterior.likelihood.source
+    if not isinstance(source, PlannedActions):
+        raise InputError("posterior", found=f"likelihood {posterior.settings.likelihood!r}",
+                         wanted="one that was sampled from planned_actions",
+                         hint="subgoal.bnirl(demonstrations, mdp)")  # fmt: skip
+    return source
+
+
+def _policies(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
+    """(U, A, G) π_g(a | s) of the different states, and (M,) the row of each state."""
+    source = _source(posterior)
+    checked = check_states("states", np.atleast_1d(np.asarray(states)), source.mdp.n_states)
+    here, row = np.unique(checked, return_inverse=True)
+    over = source.mdp.terminal[here]
+    if over.any():
+        found = f"terminal state {here[np.argmax(over)]}"
+        raise InputError("states", found=found, wanted="states in which an action can be taken")
+    plan = plan_subgoals(
+        source.mdp, posterior.candidates.goal_sets, states=here, convention=source.plan.convention,
+        tolerance=source.plan.tolerance,
+    )  # fmt: skip
+    scaled = posterior.settings.confidence * plan.action_values
+    weight = np.exp(scaled - scaled.max(axis=1, keepdims=True))
+    return np.asarray(weight / weight.sum(axis=1, keepdims=True)), row
+
+
+def _weights(posterior: Posterior) -> Floats:
+    """(G,) (E[n_g | O] + ηp_g) / (N + η)."""
+    n, concentration = posterior.n_observations, posterior.settings.concentration
+    prior = np.exp(posterior.candidates.log_prior)
+    return np.asarray((posterior.expected_shares * n + concentration * prior) / (n + concentration))
+
+
+def _mixed(posterior: Posterior, states: Any, weights: Floats) -> Floats:
+    """(M, A) policies mixed with weights (G,), or (M, G) of each state's own."""
+    policies, row = _policies(posterior, states)
+    if weights.ndim == 1:
+        return np.asarray((policies @ weights)[row])
+    return np.stack([policies[u] @ weight for u, weight in zip(row, weights, strict=True)])
+
+
+def _local_weights(posterior: Posterior, near: Floats) -> Floats:
+    """(M, G) weights for κ (M, N), each row summing to one."""
+    prior = posterior.settings.concentration * np.exp(posterior.candidates.log_prior)
+    weights = near @ posterior.shares + prior
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def _distances(first: Floats, second: Floats) -> Floats:
+    return np.asarray(np.linalg.norm(first[:, None] - second[None], axis=-1))
+
+
+def _places(posterior: Posterior, states: Any) -> Floats:
+    """(M, d) where states lie, as in the demonstrations."""
+    checked = check_states("states", np.atleast_1d(np.asarray(states)), _source(posterior).mdp.n_states)
+    coordinates = posterior.demonstrations.coordinates
+    return np.asarray(checked[:, None], float) if coordinates is None else np.asarray(coordinates[checked])
