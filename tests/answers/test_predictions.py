@@ -1,0 +1,154 @@
+"""Rules of action prediction (thesis 4.5): what each of them is, worked out from the draws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import softmax
+
+import subgoal
+from subgoal.answers.predictions import (
+    best_bandwidth,
+    predict_literal,
+    predict_mixture,
+    predict_nearby,
+    predict_waypoints,
+    waypoints,
+)
+from subgoal.answers.scores import bits_per_decision
+from subgoal.candidates import Candidates
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.irl.bnirl import bnirl
+from subgoal.likelihood.table import LogLikelihood
+from subgoal.mdp.tabular import TabularMDP
+from subgoal.posterior.posterior import Posterior
+from subgoal.runtime.errors import InputError
+from tests.mdp.test_first_passage import corridor
+from tests.oracles.subgoal_planning import subgoal_values
+
+pytestmark = pytest.mark.filterwarnings("ignore")
+WIDTH = 12
+
+
+def there_and_back() -> Demonstrations:
+    """Three trajectories along a corridor: from 4 up to 9, where they stay once, then down to 1, where they stay."""
+    states = np.array([4, 5, 6, 7, 8, 9, 9, 8, 7, 6, 5, 4, 3, 2, 1])
+    actions = np.array([1, 1, 1, 1, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 2])
+    ends = np.array([1, 1, 1])
+    return Demonstrations.from_arrays(
+        np.tile(states, 3), np.tile(actions, 3), [0, 15, 30, 45], final_states=ends,
+        coordinates=np.arange(WIDTH, dtype=float)[:, None],
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def world() -> TabularMDP:
+    return corridor(WIDTH, 0.9)
+
+
+@pytest.fixture(scope="module")
+def posterior(world: TabularMDP) -> Posterior:
+    return bnirl(there_and_back(), world, confidence=5.0, draws=200, warmup=100, thin=2)
+
+
+def policies(posterior: Posterior, states: np.ndarray) -> np.ndarray:
+    """(M, A, G) by dense planning."""
+    mdp = posterior.likelihood.source.mdp
+    dense = mdp.matrix.toarray().reshape(mdp.n_states, mdp.n_actions, -1), mdp.available, mdp.terminal
+    goals = posterior.candidates.goal_sets
+    values = [subgoal_values(*dense, g.tolist(), mdp.discount, "continuing")[1] for g in goals]
+    return np.stack([softmax(posterior.settings.confidence * q[states], axis=1) for q in values], axis=2)
+
+
+def test_the_two_goals_are_found(posterior: Posterior) -> None:
+    top = np.argsort(-posterior.expected_shares)[:2]
+    assert {int(posterior.candidates.goal_sets[g][0]) for g in top} == {1, 9}
+
+
+def test_mixture_is_the_average_over_the_draws_of_the_predictive(posterior: Posterior) -> None:
+    states = np.arange(WIDTH)
+    eta, n = posterior.settings.concentration, posterior.n_observations
+    prior = np.exp(posterior.candidates.log_prior)
+    table = policies(posterior, states)
+    draws = posterior.assignments.reshape(-1, n)
+    each = [(np.bincount(theta, minlength=prior.size) + eta * prior) / (n + eta) for theta in draws]
+    wanted = np.mean([table @ weights for weights in each], axis=0)
+    made = predict_mixture(posterior, states)
+    np.testing.assert_allclose(made, wanted, atol=1e-6)
+    np.testing.assert_allclose(made.sum(axis=1), 1, rtol=1e-12)
+
+
+def test_the_printed_rule_ignores_the_state(posterior: Posterior) -> None:
+    """Σ_a P(z, (s, a)) = CRP(z): one subgoal everywhere, that of the largest cluster (erratum to 4.14)."""
+    states = np.arange(WIDTH)
+    table = policies(posterior, states)
+    size = np.bincount(posterior.best_assignment, minlength=table.shape[2])
+    crp = size / (posterior.n_observations - 1 + posterior.settings.concentration)
+    for state in states:
+        np.testing.assert_allclose((crp * table[state]).sum(axis=0), crp, rtol=1e-12)
+    np.testing.assert_allclose(predict_literal(posterior, states), table[:, :, np.argmax(size)], atol=1e-6)
+
+
+def test_nearby_is_the_mixture_for_a_wide_kernel_and_local_for_a_narrow_one(posterior: Posterior) -> None:
+    states = np.arange(WIDTH)
+    np.testing.assert_allclose(
+        predict_nearby(posterior, states, bandwidth=1e6), predict_mixture(posterior, states), atol=1e-9
+    )
+    near = np.flatnonzero(posterior.demonstrations.states == 3)
+    eta, prior = posterior.settings.concentration, np.exp(posterior.candidates.log_prior)
+    weights = np.asarray(posterior.shares[near].sum(axis=0)).ravel() + eta * prior
+    wanted = policies(posterior, np.array([3]))[0] @ (weights / weights.sum())
+    np.testing.assert_allclose(predict_nearby(posterior, [3], bandwidth=0.05)[0], wanted, atol=1e-6)
+
+
+def test_the_bandwidth_is_the_best_of_those_tried_on_other_trajectories(posterior: Posterior) -> None:
+    chosen = best_bandwidth(posterior)
+    assert 0.5 <= chosen <= 8
+    np.testing.assert_array_equal(predict_nearby(posterior, [3]), predict_nearby(posterior, [3], bandwidth=chosen))
+
+
+def test_waypoints_come_in_the_order_of_their_first_use(posterior: Posterior) -> None:
+    sequence = [int(posterior.candidates.goal_sets[g][0]) for g in waypoints(posterior)]
+    assert sequence[:2] == [9, 1]
+
+
+def test_the_follower_turns_at_waypoints(world: TabularMDP) -> None:
+    """Only the two goals are candidates, so that the order is certain."""
+    demos = there_and_back()
+    posterior = bnirl(demos, world, candidates=Candidates.from_states([1, 9]), confidence=20.0, draws=50, warmup=50)
+    likely = predict_waypoints(posterior, demos, dwell=1).argmax(axis=1)
+    np.testing.assert_array_equal(likely, demos.actions)
+    hasty = predict_waypoints(posterior, demos).argmax(axis=1)[:15]
+    np.testing.assert_array_equal(np.flatnonzero(hasty != demos.actions[:15]), [5])
+    again = Demonstrations.from_arrays(np.array([9, 8, 1, 2]), np.array([0, 0, 1, 1]), [0, 4])
+    np.testing.assert_array_equal(predict_waypoints(posterior, again, cyclic=True).argmax(axis=1), [0, 0, 1, 1])
+    stays = predict_waypoints(posterior, again)
+    np.testing.assert_array_equal(stays.argmax(axis=1), [0, 0, 2, 0])
+
+
+def test_rules_that_know_the_place_or_the_past_predict_better(posterior: Posterior) -> None:
+    demos = posterior.demonstrations
+    bits = {
+        "mixture": bits_per_decision(predict_mixture(posterior, demos.states), demos.actions),
+        "literal": bits_per_decision(predict_literal(posterior, demos.states), demos.actions),
+        "waypoints": bits_per_decision(predict_waypoints(posterior, demos, dwell=1), demos.actions),
+    }
+    assert bits["literal"] < bits["mixture"] < bits["waypoints"] < 0
+
+
+def test_bad_input(posterior: Posterior) -> None:
+    with pytest.raises(InputError, match="found 12"):
+        predict_mixture(posterior, [12])
+    with pytest.raises(InputError, match="bandwidth"):
+        predict_nearby(posterior, [1], bandwidth=0)
+    with pytest.raises(InputError, match="dwell"):
+        predict_waypoints(posterior, posterior.demonstrations, dwell=-1)
+    other = subgoal.sample(LogLikelihood.from_table(np.zeros((2, 2))), draws=5, warmup=0)
+    with pytest.raises(InputError, match="planned_actions"):
+        predict_mixture(other, [0])
+    table = np.zeros((2, 1, 2))
+    table[0, 0, 1] = 1
+    ending = TabularMDP.from_dense(table, 0.9)
+    made = bnirl(Demonstrations.from_arrays(np.array([0]), np.array([0])), ending, draws=5, warmup=0)
+    with pytest.raises(InputError, match="terminal state 1"):
+        predict_mixture(made, [0, 1])
