@@ -1,0 +1,182 @@
+"""Grid worlds: cells with walls, four or eight directions, slip, and the tabular process they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from subgoal.mdp.tabular import TabularMDP
+from subgoal.runtime.checks import Bools, Floats, Ints, frozen, real_array
+from subgoal.runtime.errors import InputError
+
+COMPASS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+CLOCKWISE = np.array([(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)])
+"""(8, 2) one step in each direction of the compass, y upwards."""
+STAY = "stay"
+THESIS_SLIP = (0.7, 0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.15)
+"""Thesis 4.7 with eight directions: 0.7 as chosen, 0.15 for each direction beside it."""
+ROOM_SLIP = (0.75, 0.1, 0.05, 0.1)
+"""Thesis 3.2.1 with four: 0.75 as chosen, 0.1 to the right and to the left, 0.05 backwards."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GridWorld:
+    """Free cells of a rectangle as states, steps to neighbouring cells as actions.
+
+    Attributes
+    ----------
+    free:
+        (height, width) booleans, ``free[y, x]``: where one can be. States are the free cells, row by row.
+    discount:
+        γ.
+    moves:
+        4 or 8 directions, clockwise from N.
+    stay:
+        Whether there is an action that stays, for certain; it is the last one.
+    slip:
+        One probability for each direction: ``slip[k]`` is the chance to go k directions clockwise of the chosen one.
+        None: always as chosen. ``THESIS_SLIP`` and ``ROOM_SLIP`` are those of the thesis.
+    origin:
+        "lower": y upwards, so that N is y + 1. "upper": y downwards, as rows of text and images go; N is y − 1.
+    cut_corners:
+        Whether one may go diagonally past a cell that is not free.
+    terminal:
+        Cells (x, y) in which episodes are over.
+
+    A step into a wall or over the edge stays where it is (thesis 4.7).
+    """
+
+    free: Bools
+    discount: float
+    moves: int = 8
+    stay: bool = True
+    slip: tuple[float, ...] | None = None
+    origin: Literal["lower", "upper"] = "lower"
+    cut_corners: bool = True
+    terminal: Any = ()
+
+    def __post_init__(self) -> None:
+        free = np.array(self.free)
+        if free.dtype != bool or free.ndim != 2 or not free.any():
+            found = f"{free.dtype} of shape {free.shape}"
+            raise InputError("free", found=found, wanted="booleans (height, width), one at least True")
+        if self.moves not in (4, 8):
+            raise InputError("moves", found=repr(self.moves), wanted="4 or 8")
+        if self.origin not in ("lower", "upper"):
+            raise InputError("origin", found=repr(self.origin), wanted="'lower' or 'upper'")
+        slip = (1.0, *[0.0] * (self.moves - 1)) if self.slip is None else self.slip
+        chances = real_array("slip", slip, ndim=1)
+        if chances.size != self.moves or not (chances >= 0).all() or not abs(chances.sum() - 1) <= 1e-9:
+            found = f"{chances.size} numbers that sum to {chances.sum():.12g}"
+            raise InputError("slip", found=found, wanted=f"{self.moves} probabilities that sum to 1")
+        object.__setattr__(self, "free", frozen(free))
+        object.__setattr__(self, "slip", tuple(float(p) for p in chances))
+
+    def __repr__(self) -> str:
+        height, width = self.free.shape
+        return f"GridWorld({width} × {height}, {self.n_states} free cells, {len(self.action_names)} actions)"
+
+    @cached_property
+    def cells(self) -> Ints:
+        """(S, 2) the cell (x, y) of each state."""
+        return np.asarray(frozen(np.argwhere(self.free)[:, ::-1].astype(np.int64)))
+
+    @cached_property
+    def numbers(self) -> Ints:
+        """(height, width) the state of each cell, −1 where there is none."""
+        numbers = np.full(self.free.shape, -1, np.int64)
+        numbers[self.free] = np.arange(int(self.free.sum()))
+        return np.asarray(frozen(numbers))
+
+    @property
+    def n_states(self) -> int:
+        """S, the number of free cells."""
+        return len(self.cells)
+
+    @property
+    def action_names(self) -> tuple[str, ...]:
+        """A labels: directions of the compass, and "stay"."""
+        return (*COMPASS[:: 8 // self.moves], *([STAY] if self.stay else []))
+
+    @cached_property
+    def directions(self) -> Ints:
+        """(A, 2) the step (dx, dy) of each action; (0, 0) for staying."""
+        steps = CLOCKWISE[:: 8 // self.moves] * (1, 1 if self.origin == "lower" else -1)
+        return np.asarray(frozen(np.vstack([steps, *([[[0, 0]]] if self.stay else [])])))
+
+    def action(self, name: str) -> int:
+        """Number of the action of that name."""
+        if name not in self.action_names:
+            raise InputError("action", found=repr(name), wanted=" or ".join(map(repr, self.action_names)))
+        return self.action_names.index(name)
+
+    def state(self, x: int, y: int) -> int:
+        """State of the cell (x, y); see ``states``."""
+        return int(self.states([(x, y)])[0])
+
+    def states(self, cells: Any) -> Ints:
+        """(M,) states of cells (M, 2). Raises ``InputError`` for cells outside the map or inside a wall."""
+        array = np.asarray(cells)
+        if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != 2:
+            raise InputError("cells", found=f"{array.dtype} of shape {array.shape}", wanted="integers (M, 2) of (x, y)")
+        height, width = self.free.shape
+        outside = (array < 0).any(axis=1) | (array[:, 0] >= width) | (array[:, 1] >= height)
+        numbers = self.numbers[np.where(outside, 0, array[:, 1]), np.where(outside, 0, array[:, 0])]
+        for bad, found, wanted in (
+            (outside, "outside the map", f"x of 0 to {width - 1}, y of 0 to {height - 1}"),
+            (numbers < 0, "inside a wall", "a free cell"),
+        ):
+            if bad.any():
+                i = int(np.argmax(bad))
+                x, y = array[i].tolist()
+                raise InputError("cell", where=f"index {i}", found=f"({x}, {y}), which is {found}", wanted=wanted)
+        return np.asarray(numbers)
+
+    @cached_property
+    def targets(self) -> Ints:
+        """(S, moves) the state that a step in each direction leads to: the neighbour, or the same state if blocked."""
+        height, width = self.free.shape
+        walled = np.full((height + 2, width + 2), -1, np.int64)
+        walled[1:-1, 1:-1] = self.numbers
+        x, y = (self.cells + 1).T
+        here = np.arange(self.n_states)
+        targets = np.empty((self.n_states, self.moves), np.int32)
+        for k, (dx, dy) in enumerate(self.directions[: self.moves]):
+            there = walled[y + dy, x + dx]
+            if not self.cut_corners and dx and dy:
+                there = np.where((walled[y, x + dx] < 0) | (walled[y + dy, x] < 0), -1, there)
+            targets[:, k] = np.where(there < 0, here, there)
+        return np.asarray(frozen(targets))
+
+    @cached_property
+    def mdp(self) -> TabularMDP:
+        """The world as a tabular process, with cells as coordinates."""
+        over = np.zeros(self.n_states, bool)
+        if len(self.terminal):
+            over[self.states(self.terminal)] = True
+        blocks = [self._rows(action) for action in range(len(self.action_names))]
+        successor = np.stack([block[0] for block in blocks], axis=1)
+        probability = np.stack([block[1] for block in blocks], axis=1)
+        probability[over] = 0
+        kept = probability > 0
+        return TabularMDP(
+            np.concatenate([[0], np.cumsum(kept.sum(axis=2).ravel())]), successor[kept], probability[kept],
+            len(blocks), self.discount, terminal=over, coordinates=self.cells.astype(float),
+            action_names=self.action_names,
+        )  # fmt: skip
+
+    def _rows(self, action: int) -> tuple[Any, Floats]:
+        """(S, K) successors and probabilities of an action; the last column collects what does not move."""
+        turns: Any = self.slip
+        here = np.arange(self.n_states, dtype=np.int32)[:, None]
+        used = [k for k in range(self.moves) if turns[k] > 0]
+        if action == self.moves:
+            return np.repeat(here, len(used) + 1, axis=1), np.eye(1, len(used) + 1, len(used)).repeat(len(here), axis=0)
+        ways = self.targets[:, [(action + k) % self.moves for k in used]]
+        moved = ways != here
+        chances = np.array([turns[k] for k in used])
+        stays = np.where(moved, 0.0, chances).sum(axis=1, keepdims=True)
+        return np.hstack([ways, here]), np.hstack([np.where(moved, chances, 0.0), stays])
