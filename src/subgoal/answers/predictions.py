@@ -93,7 +93,7 @@ def waypoints(posterior: Posterior) -> Ints:
     first = np.full((demos.n_trajectories, shares.size), np.inf)
     np.minimum.at(first, (demos.trajectory, theta), step)
     middle = [np.median(used) if (used := first[np.isfinite(first[:, g]), g]).size else np.inf for g in listed]
-    return np.asarray(listed[np.lexsort((-shares[listed], middle))])
+    return np.asarray(listed[np.lexsort((-shares[listed], np.array(middle)))])
 
 
 def best_bandwidth(posterior: Posterior) -> float:
