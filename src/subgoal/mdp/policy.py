@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from subgoal.mdp.tabular import ROW_TOLERANCE, TabularMDP
-from subgoal.runtime.checks import frozen, real_array
+from subgoal.runtime.checks import Bools, Floats, frozen, positive, real_array
 from subgoal.runtime.errors import InputError
 
 
@@ -28,6 +28,29 @@ def check_policy(mdp: TabularMDP, policy: Any) -> NDArray[Any]:
     raise InputError("policy", found=found, wanted=f"integers of shape {shape[:1]} or probabilities of shape {shape}")
 
 
+def greedy_actions(action_values: Any, tolerance: float = 0.0) -> Bools:
+    """(S, A) which actions come within ``tolerance`` of the best of their state; none where no action is available.
+
+    ``action_values`` (S, A) holds −inf for actions that are not available. To call ties what exact values would, let
+    the tolerance be twice their error bound. Raises ``InputError`` for NaN and +inf.
+    """
+    table = real_array("action_values", action_values, ndim=2, finite=False)
+    slack = positive("tolerance", tolerance, zero=True)
+    wrong = ~(table < np.inf)
+    if wrong.any():
+        index = tuple(int(k) for k in np.argwhere(wrong)[0])
+        raise InputError("action_values", where=f"index {index}", found=table[index], wanted="a finite number or -inf")
+    return np.asarray((table >= table.max(axis=1, keepdims=True) - slack) & np.isfinite(table))
+
+
+def uniform_policy(mask: Any) -> Floats:
+    """(S, A) probabilities: each action of ``mask`` (S, A) with the same chance; zero in states that have none."""
+    chosen = np.asarray(mask)
+    if chosen.dtype != bool or chosen.ndim != 2:
+        raise InputError("mask", found=f"{chosen.dtype} of shape {chosen.shape}", wanted="booleans of shape (S, A)")
+    return np.asarray(frozen(chosen / np.maximum(chosen.sum(axis=1, keepdims=True), 1)))
+
+
 def _actions(mdp: TabularMDP, actions: NDArray[Any]) -> NDArray[Any]:
     inside = (actions >= 0) & (actions < mdp.n_actions)
     legal = mdp.available[np.arange(mdp.n_states), np.where(inside, actions, 0)] & inside
@@ -40,12 +63,16 @@ def _chances(mdp: TabularMDP, chances: NDArray[Any]) -> NDArray[Any]:
     stray = ((chances > 0) & ~mdp.available).any(axis=1)
     _check(mdp, stray, lambda state: f"a chance of action {np.argmax((chances[state] > 0) & ~mdp.available[state])}")
     sums = chances.sum(axis=1)
-    bad = ~(np.abs(sums - 1) <= ROW_TOLERANCE)
-    _check(mdp, bad, lambda state: f"probabilities that sum to {sums[state]:.12g}", wanted="1 within 1e-8")
+    _check(
+        mdp,
+        np.abs(sums - 1) > ROW_TOLERANCE,
+        lambda state: f"probabilities that sum to {sums[state]:.12g}",
+        wanted="1 within 1e-8",
+    )
     return frozen(np.where(mdp.terminal[:, None], 0.0, chances))
 
 
-def _check(mdp: TabularMDP, bad: NDArray[Any], found: Any, wanted: str = "") -> None:
+def _check(mdp: TabularMDP, bad: Any, found: Any, wanted: str = "") -> None:
     bad = bad & ~mdp.terminal
     if bad.any():
         state = int(np.argmax(bad))
