@@ -81,6 +81,10 @@ class TestEdges:
         per_action = [[1.0, 5.0], [9.0, 9.0], [9.0, 9.0]]
         np.testing.assert_array_equal(planner(mdp, per_action).value, [5, 0, 0])
 
+    def test_endings_do_not_grow_with_the_rest(self, planner) -> None:
+        mdp = TabularMDP.from_dense([[[0.0, 1.0]], [[0.0, 0.0]]], 0.5)
+        np.testing.assert_allclose(planner(mdp, [1.0, 1.0], tolerance=1e-9).value, [1.5, 1], atol=1e-9)
+
     def test_the_best_of_available_actions_and_no_other(self, planner) -> None:
         table = np.zeros((2, 3, 2))
         table[0, 0, 0] = table[0, 2, 1] = table[1, 1, 0] = 1
