@@ -94,8 +94,8 @@ def demonstrate(
         served += [goal] * (len(states) - len(served))
         here = goal
     made = Demonstrations(
-        np.array(states), np.array(actions), np.array([0, len(states)]), final_states=np.array([here]), names=("x", "y"),
-        coordinates=grid.mdp.coordinates, time_unit="step",
+        np.array(states), np.array(actions), np.array([0, len(states)]), final_states=np.array([here]),
+        names=("x", "y"), coordinates=grid.mdp.coordinates, time_unit="step",
     )  # fmt: skip
     return Demonstrated(made, np.array(served))
 

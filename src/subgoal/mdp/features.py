@@ -62,7 +62,8 @@ class FeatureGroups:
 def feature_groups(features: Any) -> FeatureGroups:
     """Group states by their discrete features (S, k), dense or sparse. Raises ``InputError`` for NaN and infinity."""
     given: Any = features
-    table = real_array("features", given.toarray() if sparse.issparse(given) else given, ndim=(1, 2))
+    is_sparse: bool = sparse.issparse(given)
+    table = real_array("features", given.toarray() if is_sparse else given, ndim=(1, 2))
     table = table[:, None] if table.ndim == 1 else table
     if not table.size:
         raise InputError("features", found=f"shape {table.shape}", wanted="(S, k), one of each at least")
