@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -77,7 +77,7 @@ class TabularMDP:
         terminal = _booleans("terminal", self.terminal, shape[:1], np.zeros(shape[0], bool))
         available = _booleans("available", self.available, shape, np.broadcast_to(~terminal[:, None], shape))
         self._set(n_actions=n_actions, offset=frozen(offset), terminal=terminal, available=available)
-        self._set(discount=_discount(self.discount), action_names=_names(self.action_names, n_actions))
+        self._set(discount=check_discount(self.discount), action_names=_names(self.action_names, n_actions))
         self._check_rows()
         self._set(start=_start(self.start, shape[0]), reward=_optional("reward", self.reward, shape))
         coordinates = _optional("coordinates", self.coordinates, (shape[0], -1))
@@ -104,6 +104,22 @@ class TabularMDP:
         fields.setdefault("terminal", ~full.any(axis=1))
         fields.setdefault("available", full)
         return cls(rows.indptr.astype(np.int64), rows.indices, rows.data, actions, discount, **fields)
+
+    @classmethod
+    def from_gymnasium(cls, env: Any, *, discount: float) -> TabularMDP:
+        """From a Gymnasium environment that carries its table; see ``subgoal.mdp.gym.from_gymnasium``."""
+        from subgoal.mdp.gym import from_gymnasium
+
+        return from_gymnasium(env, discount=discount)
+
+    @classmethod
+    def from_callable(
+        cls, model: Any, starts: Iterable[Hashable], *, n_actions: int, discount: float, available: Any = None
+    ) -> tuple[TabularMDP, tuple[Hashable, ...]]:
+        """From ``model(state, action)``: what can be reached from ``starts``, and its states; see ``ImplicitMDP``."""
+        from subgoal.mdp.implicit import ImplicitMDP
+
+        return ImplicitMDP(model, n_actions, discount, available).tabulate(starts)
 
     @property
     def n_states(self) -> int:
@@ -223,7 +239,8 @@ def _booleans(what: str, value: Any, shape: tuple[int, ...], default: NDArray[np
     return np.asarray(frozen(array))
 
 
-def _discount(value: Any) -> float:
+def check_discount(value: Any) -> float:
+    """``value`` as a number from 0 to 1; raises ``InputError`` for others."""
     try:
         number = float(value)
     except (TypeError, ValueError):
