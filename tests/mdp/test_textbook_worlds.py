@@ -46,7 +46,7 @@ def test_the_four_by_four_gridworld() -> None:
 
 
 def five_by_five() -> tuple[TabularMDP, np.ndarray]:
-    """Sutton and Barto (2018), example 3.5: +10 and a jump from A, +5 and one from B, −1 for bumping into the border."""
+    """Sutton and Barto (2018), example 3.5: +10 and a jump from A, +5 and one from B, −1 for the border."""
     table, reward = np.zeros((25, 4, 25)), np.zeros((25, 4))
     for state in range(25):
         for action, way in enumerate(WAYS):
