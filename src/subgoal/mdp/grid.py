@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from subgoal.mdp.tabular import TabularMDP
-from subgoal.runtime.checks import Bools, Floats, Ints, frozen, real_array
+from subgoal.runtime.checks import Bools, Floats, Ints, frozen, positive, real_array, whole
 from subgoal.runtime.errors import InputError
 
 COMPASS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
@@ -44,9 +44,16 @@ class GridWorld:
     cut_corners:
         Whether one may go diagonally past a cell that is not free.
     terminal:
-        Cells (x, y) in which episodes are over.
+        (T, 2) cells (x, y) in which episodes are over.
+    coordinates:
+        (S, 2) where the states lie, in units of one's own; not given: their cells.
 
     A step into a wall or over the edge stays where it is (thesis 4.7).
+
+    Raises
+    ------
+    InputError
+        Nothing free, chances that do not sum to one within 1e-9, a terminal cell that is a wall or outside.
     """
 
     free: Bools
@@ -57,23 +64,32 @@ class GridWorld:
     origin: Literal["lower", "upper"] = "lower"
     cut_corners: bool = True
     terminal: Any = ()
+    coordinates: Any = None
 
     def __post_init__(self) -> None:
-        free = np.array(self.free)
+        free = _array("free", self.free)
         if free.dtype != bool or free.ndim != 2 or not free.any():
             found = f"{free.dtype} of shape {free.shape}"
             raise InputError("free", found=found, wanted="booleans (height, width), one at least True")
-        if self.moves not in (4, 8):
-            raise InputError("moves", found=repr(self.moves), wanted="4 or 8")
         if self.origin not in ("lower", "upper"):
             raise InputError("origin", found=repr(self.origin), wanted="'lower' or 'upper'")
-        slip = (1.0, *[0.0] * (self.moves - 1)) if self.slip is None else self.slip
-        chances = real_array("slip", slip, ndim=1)
-        if chances.size != self.moves or not (chances >= 0).all() or not abs(chances.sum() - 1) <= 1e-9:
-            found = f"{chances.size} numbers that sum to {chances.sum():.12g}"
-            raise InputError("slip", found=found, wanted=f"{self.moves} probabilities that sum to 1")
-        object.__setattr__(self, "free", frozen(free))
-        object.__setattr__(self, "slip", tuple(float(p) for p in chances))
+        moves = whole("moves", self.moves)
+        if moves not in (4, 8):
+            raise InputError("moves", found=moves, wanted="4 or 8")
+        discount = positive("discount", self.discount, zero=True)
+        if not discount <= 1:
+            raise InputError("discount", found=discount, wanted="a number from 0 to 1")
+        self._set(free=frozen(free), moves=moves, discount=discount, slip=_chances(self.slip, moves))
+        ends = _array("terminal", self.terminal)
+        ends = ends if ends.size else np.zeros((0, 2), np.int64)
+        self.states(ends)
+        self._set(terminal=frozen(ends))
+        if self.coordinates is not None:
+            coordinates = real_array("coordinates", self.coordinates, ndim=2)
+            if len(coordinates) != self.n_states:
+                wanted = f"{self.n_states}, one per state"
+                raise InputError("coordinates", found=f"{len(coordinates)} rows", wanted=wanted)
+            self._set(coordinates=coordinates)
 
     def __repr__(self) -> str:
         height, width = self.free.shape
@@ -119,7 +135,7 @@ class GridWorld:
 
     def states(self, cells: Any) -> Ints:
         """(M,) states of cells (M, 2). Raises ``InputError`` for cells outside the map or inside a wall."""
-        array = np.asarray(cells)
+        array = _array("cells", cells)
         if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != 2:
             raise InputError("cells", found=f"{array.dtype} of shape {array.shape}", wanted="integers (M, 2) of (x, y)")
         height, width = self.free.shape
@@ -153,20 +169,24 @@ class GridWorld:
 
     @cached_property
     def mdp(self) -> TabularMDP:
-        """The world as a tabular process, with cells as coordinates."""
+        """The world as a tabular process."""
         over = np.zeros(self.n_states, bool)
-        if len(self.terminal):
-            over[self.states(self.terminal)] = True
+        over[self.states(self.terminal)] = True
         blocks = [self._rows(action) for action in range(len(self.action_names))]
         successor = np.stack([block[0] for block in blocks], axis=1)
         probability = np.stack([block[1] for block in blocks], axis=1)
         probability[over] = 0
         kept = probability > 0
+        places = self.cells.astype(float) if self.coordinates is None else self.coordinates
         return TabularMDP(
             np.concatenate([[0], np.cumsum(kept.sum(axis=2).ravel())]), successor[kept], probability[kept],
-            len(blocks), self.discount, terminal=over, coordinates=self.cells.astype(float),
+            len(blocks), self.discount, terminal=over, coordinates=places,
             action_names=self.action_names,
         )  # fmt: skip
+
+    def _set(self, **values: Any) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     def _rows(self, action: int) -> tuple[Any, Floats]:
         """(S, K) successors and probabilities of an action; the last column collects what does not move."""
@@ -180,3 +200,20 @@ class GridWorld:
         chances = np.array([turns[k] for k in used])
         stays = np.where(moved, 0.0, chances).sum(axis=1, keepdims=True)
         return np.hstack([ways, here]), np.hstack([np.where(moved, chances, 0.0), stays])
+
+
+def _array(what: str, value: Any) -> Any:
+    """A copy of ``value`` as an array."""
+    try:
+        return np.array(value)
+    except ValueError:
+        raise InputError(what, found="rows of different lengths", wanted="rows of one length") from None
+
+
+def _chances(slip: Any, moves: int) -> tuple[float, ...]:
+    """The chance of each turn, checked."""
+    chances = real_array("slip", np.eye(moves)[0] if slip is None else slip, ndim=1)
+    if chances.size != moves or not (chances >= 0).all() or not abs(chances.sum() - 1) <= 1e-9:
+        found = f"{chances.size} numbers that sum to {chances.sum():.12g}"
+        raise InputError("slip", found=found, wanted=f"{moves} probabilities that sum to 1")
+    return tuple(float(p) for p in chances)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
@@ -38,12 +39,14 @@ def random_walls(
     Raises ``InputError`` for cells outside, and if no such layout is found in a thousand tries.
     """
     width, height = whole("width", width, least=4), whole("height", height, least=4)
-    fewest, most = whole("segments", segments[0], least=0), whole("segments", segments[1], least=0)
+    fewest, most = _pair("segments", segments)
+    fewest, most = whole("segments", fewest, least=0), whole("segments", most, least=0)
     if not fewest <= most:
         raise InputError("segments", found=f"{segments}", wanted="the fewest, then the most")
     kept = np.zeros((height, width), bool)
-    for x, y in keep_free:
-        if not (0 <= x < width and 0 <= y < height):
+    for cell in keep_free if isinstance(keep_free, Iterable) else [keep_free]:
+        x, y = (whole("keep_free", number, least=0) for number in _pair("keep_free", cell))
+        if not (x < width and y < height):
             raise InputError("keep_free", found=f"({x}, {y})", wanted=f"a cell of {width} × {height}")
         kept[y, x] = True
     generator = stream(seed, width, height)
@@ -54,6 +57,14 @@ def random_walls(
         if free[kept].all() and ndimage.label(free)[1] == 1:
             return free
     raise InputError("keep_free", found=f"no layout in {TRIES} tries", wanted="room for walls", hint="fewer segments")
+
+
+def _pair(what: str, value: Any) -> tuple[Any, Any]:
+    try:
+        first, second = value
+    except (TypeError, ValueError):
+        raise InputError(what, found=repr(value), wanted="two whole numbers") from None
+    return first, second
 
 
 def _build(free: Bools, generator: np.random.Generator) -> None:
