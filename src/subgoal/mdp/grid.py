@@ -172,15 +172,20 @@ class GridWorld:
         """The world as a tabular process."""
         over = np.zeros(self.n_states, bool)
         over[self.states(self.terminal)] = True
-        blocks = [self._rows(action) for action in range(len(self.action_names))]
-        successor = np.stack([block[0] for block in blocks], axis=1)
-        probability = np.stack([block[1] for block in blocks], axis=1)
-        probability[over] = 0
-        kept = probability > 0
-        places = self.cells.astype(float) if self.coordinates is None else self.coordinates
+        n_actions = len(self.action_names)
+        counts = np.stack([self._chances(action, over).astype(bool).sum(axis=1) for action in range(n_actions)], axis=1)
+        offset = np.concatenate([[0], np.cumsum(counts)])
+        successor, probability = np.empty(offset[-1], np.int32), np.empty(offset[-1])
+        for action in range(n_actions):
+            chances = self._chances(action, over)
+            kept = chances > 0
+            places = (offset[action:-1:n_actions, None] + np.cumsum(kept, axis=1) - 1)[kept]
+            successor[places] = self._ways(action)[kept]
+            probability[places] = chances[kept]
+        probability.flags.writeable = False
+        lie = self.cells.astype(float) if self.coordinates is None else self.coordinates
         return TabularMDP(
-            np.concatenate([[0], np.cumsum(kept.sum(axis=2).ravel())]), successor[kept], probability[kept],
-            len(blocks), self.discount, terminal=over, coordinates=places,
+            offset, successor, probability, n_actions, self.discount, terminal=over, coordinates=lie,
             action_names=self.action_names,
         )  # fmt: skip
 
@@ -188,18 +193,23 @@ class GridWorld:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
-    def _rows(self, action: int) -> tuple[Any, Floats]:
-        """(S, K) successors and probabilities of an action; the last column collects what does not move."""
-        turns: Any = self.slip
+    def _ways(self, action: int) -> Any:
+        """(S, K) where an action may lead, a column a turn that has a chance; the last is the state itself."""
         here = np.arange(self.n_states, dtype=np.int32)[:, None]
-        used = [k for k in range(self.moves) if turns[k] > 0]
         if action == self.moves:
-            return np.repeat(here, len(used) + 1, axis=1), np.eye(1, len(used) + 1, len(used)).repeat(len(here), axis=0)
-        ways = self.targets[:, [(action + k) % self.moves for k in used]]
-        moved = ways != here
-        chances = np.array([turns[k] for k in used])
-        stays = np.where(moved, 0.0, chances).sum(axis=1, keepdims=True)
-        return np.hstack([ways, here]), np.hstack([np.where(moved, chances, 0.0), stays])
+            return here
+        turns: Any = self.slip
+        return np.hstack([self.targets[:, [(action + k) % self.moves for k in np.flatnonzero(turns)]], here])
+
+    def _chances(self, action: int, over: Bools) -> Floats:
+        """(S, K) the chances of ``_ways``: what does not move is in the last column; none where it is ``over``."""
+        ways = self._ways(action)
+        turns = np.array(self.slip) if action < self.moves else np.zeros(0)
+        chances = np.where(ways[:, :-1] != ways[:, -1:], turns[turns > 0], 0.0)
+        stays = np.where(ways[:, :-1] == ways[:, -1:], turns[turns > 0], 0.0).sum(axis=1) + (action == self.moves)
+        rows = np.column_stack([chances, stays])
+        rows[over] = 0
+        return rows
 
 
 def _array(what: str, value: Any) -> Any:
