@@ -223,6 +223,11 @@ def test_sweeps_are_repeated_backups(seed: int) -> None:
         assert made == (sweeps, pytest.approx(abs(fixed - before[1]).max(), abs=10 * size))
 
 
+def python_form(loop):
+    """The loop itself where compilation is off."""
+    return getattr(loop, "py_func", loop)
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_compiled_loops_are_their_python_forms(seed: int) -> None:
     world = random_world(seed)
@@ -241,13 +246,13 @@ def test_compiled_loops_are_their_python_forms(seed: int) -> None:
             (loops.sweep_policy, (policy,), 2),
         ]:
             arguments = (sweeps, stop, *table, *extra, value)
-            compiled, plain = (told(f, *arguments, results=results) for f in (loop, loop.py_func))
+            compiled, plain = (told(f, *arguments, results=results) for f in (loop, python_form(loop)))
             for one, other in zip(compiled, plain, strict=True):
                 np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-13 * abs(world.reward).max())
     for kept in (policy, np.full(value.size, -1)):
         arguments = (1e-9, *table, value, kept)
         loop = loops.greedy_backup
-        compiled, plain = (told(f, *arguments, results=2, types=(float, np.int64)) for f in (loop, loop.py_func))
+        compiled, plain = (told(f, *arguments, results=2, types=(float, np.int64)) for f in (loop, python_form(loop)))
         for one, other in zip(compiled, plain, strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-13 * abs(world.reward).max())
 

@@ -16,6 +16,8 @@ from subgoal.runtime.seeds import stream
 
 EDGE = 1e-5
 """Level of the chi-square test below, with its quantile for three cells (two degrees of freedom): −2 log(level)."""
+DRAWN = getattr(walks.drawn, "py_func", walks.drawn)
+"""The Python form, which takes any source of numbers."""
 
 
 def chain(**fields) -> TabularMDP:
@@ -98,11 +100,11 @@ def test_actions_and_successors_of_chance_zero_never_happen() -> None:
         def random(self) -> float:
             return self.number
 
-    chosen = [walks.drawn.py_func(weights, 0, 5, Edge(u)) for u in (0.0, 0.5 - 1e-12, 0.5, 1 - 1e-16, 1.0)]
+    chosen = [DRAWN(weights, 0, 5, Edge(u)) for u in (0.0, 0.5 - 1e-12, 0.5, 1 - 1e-16, 1.0)]
     assert chosen == [1, 1, 3, 3, 3]
-    assert walks.drawn.py_func(weights, 2, 5, Edge(0.0)) == 3
-    assert walks.drawn.py_func(4 * weights, 0, 5, Edge(0.6)) == walks.drawn.py_func(weights / 4, 0, 5, Edge(0.6)) == 3
-    assert walks.drawn.py_func(4 * weights, 0, 5, Edge(0.4)) == walks.drawn.py_func(weights / 4, 0, 5, Edge(0.4)) == 1
+    assert DRAWN(weights, 2, 5, Edge(0.0)) == 3
+    assert DRAWN(4 * weights, 0, 5, Edge(0.6)) == DRAWN(weights / 4, 0, 5, Edge(0.6)) == 3
+    assert DRAWN(4 * weights, 0, 5, Edge(0.4)) == DRAWN(weights / 4, 0, 5, Edge(0.4)) == 1
 
 
 def test_compiled_walk_is_its_python_form() -> None:
@@ -110,7 +112,7 @@ def test_compiled_walk_is_its_python_form() -> None:
     chances = np.array([[0.5, 0.5, 0], [0.2, 0.3, 0.5], [0.5, 0.5, 0], [0, 0, 0]]).ravel()
     for seed, given in [(0, chances), (1, chances), (2, np.zeros(0))]:
         told = []
-        for function in (walks.walk, walks.walk.py_func):
+        for function in (walks.walk, getattr(walks.walk, "py_func", walks.walk)):
             states, actions = np.full(40, -9), np.full(40, -9)
             end = function(
                 0, np.array([1, 1, 1, -1]), given, 3, world.offset, world.successor, world.probability, world.terminal,

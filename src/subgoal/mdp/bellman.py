@@ -186,10 +186,9 @@ class Bellman:
         """
         if not self.modulus < 1:
             return last
-        least = self.mdp.discount * float(self.sums.min(initial=1.0))
-        gain = [g / (1 - g) for g in (least, self.modulus)]
-        under = last.low * gain[last.low < 0]
-        over = last.high * gain[last.high > 0]
+        least, most = (g / (1 - g) for g in (self.mdp.discount * float(self.sums.min(initial=1.0)), self.modulus))
+        under = last.low * (most if last.low < 0 else least)
+        over = last.high * (most if last.high > 0 else least)
         value = np.where(self.mdp.terminal, last.value, last.value + (under + over) / 2)
         bound = (over - under) / 2 + 2 * self.rounding(value) / (1 - self.modulus)
         return last._replace(value=value, bound=bound) if bound < last.bound else last
