@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import command, sampling, table
+from benchmarks import command, planning, sampling, table
 
 
 def main() -> int:
     """Run everything, a line at a time."""
     rows = []
-    for case in (command.start, table.whole_table, sampling.sweeps, table.tiled_pass, command.learn):
+    for case in (
+        command.start,
+        table.whole_table,
+        sampling.sweeps,
+        table.tiled_pass,
+        planning.subgoals,
+        planning.table_4_1,
+        command.learn,
+    ):
         answer = case()
         for row in answer if isinstance(answer, list) else [answer]:
             print(row, flush=True)

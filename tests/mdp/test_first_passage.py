@@ -180,11 +180,15 @@ def test_groups_hold_every_goal_once_and_near_ones_together() -> None:
     rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, 3, 0.9)
     edge, before = loops.find_predecessors(*rows[:3])
     places = np.random.default_rng(0).permutation(100)[:40]
-    label = loops.near_groups(places, edge, before, 10)
+    label = loops.near_groups(places, edge, before, 10, 1000)
     np.testing.assert_array_equal(np.bincount(label), [10, 10, 10, 10])
     first = places[label == 0]
     others = places[label > 0]
     assert np.abs(first - places[0]).max() <= np.abs(others - places[0]).min() + 1
+    close = loops.near_groups(places, edge, before, 10, 7)
+    assert close.min() == 0
+    for k in range(close.max() + 1):
+        assert np.ptp(places[close == k]) <= 6
 
 
 def test_compiled_loops_equal_their_python_forms() -> None:
@@ -199,7 +203,9 @@ def test_compiled_loops_equal_their_python_forms() -> None:
     goals = np.array([3, 17, 9])
     order = loops.distance_order(goals, *before)
     np.testing.assert_array_equal(order, loops.distance_order.py_func(goals, *before))
-    np.testing.assert_array_equal(loops.near_groups(goals, *before, 2), loops.near_groups.py_func(goals, *before, 2))
+    np.testing.assert_array_equal(
+        loops.near_groups(goals, *before, 2, 9), loops.near_groups.py_func(goals, *before, 2, 9)
+    )
     mark, member = np.full(25, -1), np.eye(3, dtype=bool)
     mark[goals] = np.arange(3)
     values = []

@@ -10,6 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+BLOCK = 1024
+"""States that are swept together before going on to those further away."""
+REPEATS = 20
+"""Sweeps over a block, at most, before going on."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def compress_rows(offset, successor, probability, n_actions, discount):
@@ -96,11 +101,11 @@ def distance_order(goals, edge, before):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def near_groups(places, edge, before, size):
-    """(G,) group of each goal, ``size`` to a group: the first goal left over and those nearest to it.
+def near_groups(places, edge, before, size, reach):
+    """(G,) group of each goal: the first goal left over and up to ``size`` − 1 others that lie near it.
 
-    ``places`` (G,) is where each goal lies, or the first state of its set. Nearness is counted in transitions
-    backwards; a group that cannot be filled in this way goes on with the next goal left over.
+    ``places`` (G,) is where each goal lies, or the first state of its set. Near is what is among the ``reach`` states
+    from which the first is entered soonest.
     """
     n_states = edge.size - 1
     first = np.full(n_states, -1, np.int64)
@@ -111,26 +116,26 @@ def near_groups(places, edge, before, size):
     groups = np.full(places.size, -1, np.int64)
     queue = np.empty(n_states, np.int64)
     seen = np.full(n_states, -1, np.int64)
-    taken = 0
+    group = 0
     for start in range(places.size):
         if groups[start] >= 0:
             continue
         queue[0], seen[places[start]] = places[start], start
-        at, found, full = 0, 1, False
-        while at < found and not full:
+        at, found, taken = 0, 1, 0
+        while at < min(found, reach) and taken < size:
             s = queue[at]
             at += 1
-            while first[s] >= 0 and not full:
-                groups[first[s]] = taken // size
+            while first[s] >= 0 and taken < size:
+                groups[first[s]] = group
                 first[s] = following[first[s]]
                 taken += 1
-                full = taken % size == 0
             for k in range(edge[s], edge[s + 1]):
                 t = before[k]
                 if seen[t] != start:
                     seen[t] = start
                     queue[found] = t
                     found += 1
+        group += 1
     return groups
 
 
@@ -237,7 +242,9 @@ def settle(
 ):
     """Sweep until a whole pass moves nothing by more than ``target``; returns its largest change, sweeps, backups.
 
-    Between whole passes only dirty states are backed up. After each the threshold for what counts as moved falls.
+    Between whole passes only dirty states are backed up, a block of them several times while it is in cache: values
+    flow outward from the goals, and what is not yet right is not carried further. After each whole pass the threshold
+    for what counts as moved falls.
     """
     work, best = np.empty(value.shape[1]), np.empty(value.shape[1])
     dirty = np.zeros(value.shape[0], np.bool_)
@@ -248,12 +255,18 @@ def settle(
             for k in range(edge[s], edge[s + 1]):
                 dirty[before[k]] = True
     while sweeps < most_sweeps:
-        backups, _ = sweep(
-            order, False, threshold, state_edge, row_edge, to, weight, gain, edge, before, mark, member, pinned, value,
-            dirty, work, best,
-        )  # fmt: skip
-        sweeps, total = sweeps + 1, total + backups
-        if backups:
+        done = total
+        for begin in range(0, order.size, BLOCK):
+            for _ in range(REPEATS):
+                backups, _ = sweep(
+                    order[begin : begin + BLOCK], False, threshold, state_edge, row_edge, to, weight, gain, edge,
+                    before, mark, member, pinned, value, dirty, work, best,
+                )  # fmt: skip
+                total += backups
+                if backups == 0:
+                    break
+        sweeps += 1
+        if total > done:
             continue
         backups, residual = sweep(
             order, True, 0.1 * threshold, state_edge, row_edge, to, weight, gain, edge, before, mark, member, pinned,

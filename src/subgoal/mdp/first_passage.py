@@ -25,7 +25,9 @@ from subgoal.runtime.progress import Progress, Silent
 
 Convention = Literal["continuing", "absorbing"]
 LANES = 20
-"""Goals that are planned side by side; more read a transition row less often, fewer share their order better."""
+"""Goals that are planned side by side, at most; more read a transition row less often."""
+NEAR = loops.BLOCK
+"""Only goals within so many states of each other are planned side by side: they share the order of their sweeps."""
 TOLERANCE = 1e-9
 """Default error bound of the values, as a share of the largest value there can be."""
 WORTH_THREADS = 100_000
@@ -194,8 +196,7 @@ class _Job:
             if not kind.size:
                 continue
             places = np.array([self.sets[g][0] for g in kind])
-            size = -(-kind.size // -(-kind.size // LANES))
-            label = loops.near_groups(places, self.table.edge, self.table.before, size)
+            label = loops.near_groups(places, self.table.edge, self.table.before, LANES, NEAR)
             groups += [kind[label == k] for k in range(label.max() + 1)]
         return groups
 
