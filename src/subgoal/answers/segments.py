@@ -74,8 +74,8 @@ def subgoal_probabilities(posterior: Posterior, found: Subgoals) -> Floats:
 def segments(posterior: Posterior, found: Subgoals | None = None) -> Segments:
     """Cut every trajectory into maximal runs of its most probable subgoal.
 
-    Observations too slow to say anything go with the run they are in, and count in its length but not in its
-    probability.
+    Observations that say nothing (too slow, or with one legal action) go with the run they are in, and count in its
+    length but not in its probability.
     """
     found = subgoals(posterior) if found is None else found
     probability = subgoal_probabilities(posterior, found)

@@ -80,5 +80,6 @@ def read_candidates(path: str | Path, position: Sequence[str], *, metric: Metric
 def _continuous(demonstrations: Demonstrations) -> Floats:
     states = np.asarray(demonstrations.states)
     if states.ndim != 2:
-        raise InputError("demonstrations", found="discrete states", wanted="positions (N, d)")
+        raise InputError("demonstrations", found="discrete states", wanted="positions (N, d)",
+                         hint="subgoal.bnirl(demonstrations, mdp), in Python")  # fmt: skip
     return states

@@ -18,8 +18,8 @@ CLOCKWISE = np.array([(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0
 STAY = "stay"
 THESIS_SLIP = (0.7, 0.15, 0.0, 0.0, 0.0, 0.0, 0.0, 0.15)
 """Thesis 4.7 with eight directions: 0.7 as chosen, 0.15 for each direction beside it."""
-ROOM_SLIP = (0.75, 0.1, 0.05, 0.1)
-"""Thesis 3.2.1 with four: 0.75 as chosen, 0.1 to the right and to the left, 0.05 backwards."""
+ROOM_SLIP = (0.75, 0.1, 0.0, 0.1, 0.05)
+"""Thesis 3.2.1 with four: 0.75 as chosen, 0.1 to the right and to the left, 0.05 not to move at all."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,7 +38,8 @@ class GridWorld:
         Whether there is an action that stays, for certain; it is the last one.
     slip:
         One probability for each direction: ``slip[k]`` is the chance to go k directions clockwise of the chosen one.
-        None: always as chosen. ``THESIS_SLIP`` and ``ROOM_SLIP`` are those of the thesis.
+        One more, if given, is the chance not to move. None: always as chosen. ``THESIS_SLIP`` and ``ROOM_SLIP`` are
+        those of the thesis.
     origin:
         "lower": y upwards, so that N is y + 1. "upper": y downwards, as rows of text and images go; N is y − 1.
     cut_corners:
@@ -199,14 +200,17 @@ class GridWorld:
         if action == self.moves:
             return here
         turns: Any = self.slip
-        return np.hstack([self.targets[:, [(action + k) % self.moves for k in np.flatnonzero(turns)]], here])
+        return np.hstack(
+            [self.targets[:, [(action + k) % self.moves for k in np.flatnonzero(turns[: self.moves])]], here]
+        )
 
     def _chances(self, action: int, over: Bools) -> Floats:
         """(S, K) the chances of ``_ways``: what does not move is in the last column; none where it is ``over``."""
         ways = self._ways(action)
-        turns = np.array(self.slip) if action < self.moves else np.zeros(0)
-        chances = np.where(ways[:, :-1] != ways[:, -1:], turns[turns > 0], 0.0)
-        stays = np.where(ways[:, :-1] == ways[:, -1:], turns[turns > 0], 0.0).sum(axis=1) + (action == self.moves)
+        slip = np.array(self.slip) if action < self.moves else np.eye(self.moves + 1)[-1]
+        turns = slip[: self.moves][slip[: self.moves] > 0]
+        chances = np.where(ways[:, :-1] != ways[:, -1:], turns, 0.0)
+        stays = np.where(ways[:, :-1] == ways[:, -1:], turns, 0.0).sum(axis=1) + slip[self.moves :].sum()
         rows = np.column_stack([chances, stays])
         rows[over] = 0
         return rows
@@ -223,7 +227,7 @@ def _array(what: str, value: Any) -> Any:
 def _chances(slip: Any, moves: int) -> tuple[float, ...]:
     """The chance of each turn, checked."""
     chances = real_array("slip", np.eye(moves)[0] if slip is None else slip, ndim=1)
-    if chances.size != moves or not (chances >= 0).all() or not abs(chances.sum() - 1) <= 1e-9:
+    if chances.size not in (moves, moves + 1) or not (chances >= 0).all() or not abs(chances.sum() - 1) <= 1e-9:
         found = f"{chances.size} numbers that sum to {chances.sum():.12g}"
-        raise InputError("slip", found=found, wanted=f"{moves} probabilities that sum to 1")
+        raise InputError("slip", found=found, wanted=f"{moves} probabilities that sum to 1, or {moves + 1}")
     return tuple(float(p) for p in chances)

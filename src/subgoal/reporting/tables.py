@@ -118,7 +118,7 @@ def provenance_table(posterior: Posterior, found: Subgoals) -> str:
         "data": f"{source.name} {f'(checksum {source.checksum[:16]})' if source.checksum else ''}",
         "observations": f"{demos.n_observations:,} in {trajectories(demos.n_trajectories)}",
         **{f"data: {what}": f"{count:,}" for what, count in source.notes.items()},
-        "observations too slow to say anything": f"{slow:,} (kept; every candidate is as likely)",
+        "observations that say nothing": f"{slow:,} (kept; every candidate is as likely)",
         "candidates": f"{posterior.candidates.n_candidates:,}, radius {radius:.4g} {demos.units}",
         "merged within": f"{found.merge_radius:.4g} {demos.units}",
         "likelihood": used.likelihood,
