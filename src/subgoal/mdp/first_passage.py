@@ -16,6 +16,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from subgoal._kernels import first_passage as loops
+from subgoal.mdp.goals import goal_sets, membership
 from subgoal.mdp.outcome import PlanStatus
 from subgoal.mdp.tabular import TabularMDP, check_states
 from subgoal.runtime.checks import Bools, Floats, Ints, positive, whole
@@ -151,7 +152,7 @@ def plan_subgoals(
         raise InputError("discount", found=mdp.discount, wanted="below 1, to plan for subgoals that are held")
     if convention not in ("continuing", "absorbing"):
         raise InputError("convention", found=repr(convention), wanted="'continuing' or 'absorbing'")
-    sets = _goal_sets(goals, mdp.n_states)
+    sets = goal_sets(goals, mdp.n_states)
     top = 1.0 / (1.0 - mdp.discount) if convention == "continuing" else 1.0
     tolerance = TOLERANCE * top if tolerance is None else positive("tolerance", tolerance)
     kept = None if states is None else np.atleast_1d(check_states("states", states, mdp.n_states))
@@ -205,7 +206,7 @@ class _Job:
         table, mdp = self.table, self.mdp
         sets = [self.sets[g] for g in group]
         pinned = self.convention == "absorbing" or all(len(members) == 1 for members in sets)
-        mark, member = _membership(sets, mdp.n_states)
+        mark, member = membership(sets, mdp.n_states)
         value = np.zeros((mdp.n_states, len(sets)))
         if pinned:
             for j, members in enumerate(sets):
@@ -281,32 +282,3 @@ def _collected(job: _Job, solved: Sequence[_Solved], allow_unconverged: bool) ->
         states, job.value, job.rows, job.convention, error, job.tolerance, status, sum(each.sweeps for each in solved),
         sum(each.backups for each in solved),
     )  # fmt: skip
-
-
-def _goal_sets(goals: Any, n_states: int) -> list[Ints]:
-    """Each goal as its sorted states."""
-    if isinstance(goals, np.ndarray) and goals.ndim == 1 and goals.dtype.kind in "iu":
-        sets = list(check_states("goals", goals, n_states)[:, None])
-    else:
-        try:
-            entries = list(goals)
-        except TypeError:
-            entries = [goals]
-        sets = [np.unique(check_states(f"goal {g}", np.atleast_1d(each), n_states)) for g, each in enumerate(entries)]
-    if not sets:
-        raise InputError("goals", found="none", wanted="at least one")
-    for g, members in enumerate(sets):
-        if not members.size:
-            raise InputError(f"goal {g}", found="no state", wanted="at least one")
-    return sets
-
-
-def _membership(sets: list[Ints], n_states: int) -> tuple[Ints, Bools]:
-    """(S,) row of each goal state, −1 elsewhere, and (rows, L) which lanes it is a goal of."""
-    states = np.unique(np.concatenate(sets))
-    mark = np.full(n_states, -1, np.int64)
-    mark[states] = np.arange(states.size)
-    member = np.zeros((states.size, len(sets)), bool)
-    for j, members in enumerate(sets):
-        member[mark[members], j] = True
-    return mark, member

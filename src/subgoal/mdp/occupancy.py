@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from subgoal.demonstrations.readers.files import guarded, plain_file
-from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.mdp.grid import GridWorld
 from subgoal.mdp.maps import TextMap
+from subgoal.mdp.samples import planar
 from subgoal.runtime.checks import Bools, Floats, Ints, frozen, positive, real_array
 from subgoal.runtime.errors import BudgetError, InputError, ReadError
 
@@ -157,20 +157,6 @@ class Occupancy:
         cells = np.argwhere(self.free)[:, ::-1]
         origin: Any = "upper" if self.y_down else "lower"
         return GridWorld(self.free, discount, origin=origin, coordinates=self.position_of(cells), **options)
-
-
-def planar(data: Any) -> Floats:
-    """(M, 2) all positions of a Recording or of continuous Demonstrations, ends of trajectories included."""
-    if isinstance(data, Recording):
-        positions = data.positions
-    elif isinstance(data, Demonstrations) and not data.is_discrete:
-        positions = np.vstack([data.states, data.final_states])
-    else:
-        found = "states of a discrete world" if isinstance(data, Demonstrations) else type(data).__name__
-        raise InputError("data", found=found, wanted="a Recording, or Demonstrations with positions as states")
-    if positions.shape[1] != 2:
-        raise InputError("data", found=f"positions with {positions.shape[1]} columns", wanted="2: x and y")
-    return positions
 
 
 def _brightness(path: Any) -> Floats:
