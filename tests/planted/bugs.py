@@ -2,18 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-
-class Bug(NamedTuple):
-    """``right`` in ``file`` (below src/subgoal) replaced by ``wrong`` must fail ``test`` (below tests)."""
-
-    name: str
-    file: str
-    right: str
-    wrong: str
-    test: str
-
+from tests.planted.bug import Bug
+from tests.planted.world_bugs import WORLDS
 
 BLOCKS, ALG4, COUNTS = "_kernels/collapsed_blocks.py", "_kernels/alg4.py", "_kernels/counts.py"
 DIRECTIONS, SAMPLE, STORED = "_kernels/directions.py", "posterior/sample.py", "storage/archive.py"
@@ -132,4 +122,4 @@ FILES = [
         'if len(held["draws"]) != len(self._sizes):', "if False:",
         RESUME + "::test_another_memory_budget_never_gives_half_of_the_draws"),
 ]  # fmt: skip
-BUGS = [*SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES]
+BUGS = [*SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS]
