@@ -22,8 +22,6 @@ _HOME = {
     "read_candidates": "candidates",
     "action_comparison": "likelihood.action_comparison",
     "planned_actions": "likelihood.planned_actions",
-    "proportional": "likelihood.controllers",
-    "straight_to_goal": "likelihood.controllers",
     "LogLikelihood": "likelihood.table",
     "sample": "posterior.sample",
     "bnirl": "irl.bnirl",
@@ -42,16 +40,27 @@ _HOME = {
 }
 """Public names and the module each lives in; nothing heavy loads before it is used."""
 
-__all__ = ["__version__", "samplers", *_HOME]
+_ROOMS = {
+    "samplers": "samplers",
+    "controllers": "likelihood.controllers",
+    "mdp": "mdp",
+    "episodes": "demonstrations.episodes",
+    "predictions": "answers.predictions",
+    "scores": "answers.scores",
+    "options": "options",
+}
+"""Public modules, for what is needed now and then."""
+
+__all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
-    if name == "samplers":
-        return import_module("subgoal.samplers")
+    if name in _ROOMS:
+        return import_module(f"subgoal.{_ROOMS[name]}")
     if name not in _HOME:
         raise AttributeError(f"module 'subgoal' has no attribute {name!r}")
     return getattr(import_module(f"subgoal.{_HOME[name]}"), name)
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*__all__, *_ROOMS])

@@ -56,7 +56,7 @@ def test_compiled_directions_are_the_generic_path(name: str) -> None:
     metric = METRICS[name]
     demos, candidates = scene(metric, seed=1, n=40, g_count=30)
     compiled = subgoal.action_comparison(demos, candidates)
-    way = subgoal.straight_to_goal(metric)
+    way = subgoal.controllers.straight_to_goal(metric)
     generic = subgoal.action_comparison(demos, candidates, controller=way, compare="direction")
     assert (compiled.source.kind, generic.source.kind) == ("directions", "controller")
     np.testing.assert_allclose(compiled.dense, generic.dense, atol=1e-13)
