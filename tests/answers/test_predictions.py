@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import softmax
@@ -87,6 +89,18 @@ def test_the_printed_rule_ignores_the_state(posterior: Posterior) -> None:
     for state in states:
         np.testing.assert_allclose((crp * table[state]).sum(axis=0), crp, rtol=1e-12)
     np.testing.assert_allclose(predict_literal(posterior, states), table[:, :, np.argmax(size)], atol=1e-6)
+
+
+def test_the_printed_rule_takes_the_larger_cluster_where_the_smaller_is_surer(posterior: Posterior) -> None:
+    """23 pairs for the goal at 9 and 22 for the goal at 1: from 2, the way to 1 is far surer, and yet 9 is followed."""
+    place = {int(members[0]): g for g, members in enumerate(posterior.candidates.goal_sets)}
+    split = replace(
+        posterior, best_assignment=np.repeat([place[9], place[1]], [23, 22]),
+        settings=replace(posterior.settings, confidence=0.3),
+    )  # fmt: skip
+    table = policies(split, np.array([2]))[0]
+    assert 22 * table[:, place[1]].max() > 23 * table[:, place[9]].max()
+    np.testing.assert_allclose(predict_literal(split, [2])[0], table[:, place[9]], atol=1e-6)
 
 
 def test_nearby_is_the_mixture_for_a_wide_kernel_and_local_for_a_narrow_one(posterior: Posterior) -> None:

@@ -163,6 +163,9 @@ def test_candidate_states() -> None:
     np.testing.assert_allclose(np.exp(visited(demos).log_prior), 0.2)
     np.testing.assert_allclose(np.exp(visited(demos, by_visits=True).log_prior), np.array([1, 2, 1, 1, 1]) / 6)
     assert [int(s[0]) for s in visited_and_successors(demos, mdp).goal_sets] == [1, 2, 3, 4, 5, 6, 7, 8]
+    still = Demonstrations.from_arrays(np.array([5]), np.array([0]))
+    around = visited_and_successors(still, corridor(10, 0.9, stay=False))
+    assert [int(s[0]) for s in around.goal_sets] == [4, 5, 6]
     assert every_state(mdp).n_candidates == 10
     np.testing.assert_array_equal(every_state(mdp).points.ravel(), np.arange(10))
     with pytest.raises(InputError, match="by_visits"):

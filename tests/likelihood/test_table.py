@@ -27,7 +27,9 @@ def test_tiles_are_the_whole_table(controller: bool, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(tables, "TILE_ENTRIES", 100)
     metric = METRICS["angle"]
     demos, candidates = scene(metric, n=50, g_count=20)
-    settings = {"controller": subgoal.controllers.straight_to_goal(metric), "compare": "direction"} if controller else {}
+    settings = (
+        {"controller": subgoal.controllers.straight_to_goal(metric), "compare": "direction"} if controller else {}
+    )
     whole, tiled = (
         subgoal.action_comparison(demos, weighted_prior(candidates), dense_entries=entries, **settings)
         for entries in (10_000, 999)

@@ -64,6 +64,27 @@ def test_the_error_bound_is_kept_when_the_tolerance_is_loose() -> None:
         assert np.abs(plan.value - exact).max() <= plan.error_bound <= 0.05
 
 
+def test_the_error_bound_is_kept_where_values_settle_slowly() -> None:
+    """Sets that cannot be held are paid again and again, and their values creep up to the end."""
+    mdp = corridor(8, 0.95, stay=False)
+    dense = mdp.matrix.toarray().reshape(8, 2, 8), mdp.available, mdp.terminal
+    goals = [[0, 7], [2, 5], [1, 3]]
+    for tolerance in (1.0, 0.1, 0.01):
+        plan = plan_subgoals(mdp, goals, tolerance=tolerance)
+        exact = np.stack([subgoal_values(*dense, goal, 0.95, "continuing")[0] for goal in goals], axis=1)
+        assert tolerance / 1_000 < np.abs(plan.value - exact).max() <= plan.error_bound <= tolerance
+
+
+def test_predecessors_are_the_states_that_lead_there() -> None:
+    mdp, (table, _, _) = world(6, 0.9, n_states=15, illegal=True, terminal=2)
+    rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, 3, 0.9)
+    edge, before = loops.find_predecessors(*rows[:3])
+    leads = table.max(axis=1) > 0
+    np.fill_diagonal(leads, False)
+    for t in range(15):
+        assert before[edge[t] : edge[t + 1]].tolist() == np.flatnonzero(leads[:, t]).tolist()
+
+
 def corridor(n: int, discount: float, *, stay: bool = True) -> TabularMDP:
     table = np.zeros((n, 3 if stay else 2, n))
     for s in range(n):

@@ -218,7 +218,7 @@ def test_sweeps_are_repeated_backups(seed: int) -> None:
         made = loops.sweep_jacobi(sweeps, -1.0, *table, start, out, spare)
         np.testing.assert_allclose(out, best, atol=size)
         assert made == (sweeps, pytest.approx(abs(best - before[0]).max(), abs=10 * size))
-        made = loops.sweep_policy(sweeps, -1.0, *table, policy, start, out, spare)
+        made = loops.sweep_policy(sweeps, -1.0, *loops.policy_rows(policy, *table), start, out, spare)
         np.testing.assert_allclose(out, fixed, atol=size)
         assert made == (sweeps, pytest.approx(abs(fixed - before[1]).max(), abs=10 * size))
 
@@ -240,15 +240,18 @@ def test_compiled_loops_are_their_python_forms(seed: int) -> None:
         return [*np.atleast_1d(loop(*arguments, *out)), *out[: 1 if types[-1] is float else 2]]
 
     for sweeps, stop in [(0, 0.0), (1, 0.0), (5, 0.0), (50, 0.1)]:
-        for loop, extra, results in [
-            (loops.sweep_jacobi, (), 2),
-            (loops.sweep_in_place, (), 1),
-            (loops.sweep_policy, (policy,), 2),
+        for loop, rows, results in [
+            (loops.sweep_jacobi, table, 2),
+            (loops.sweep_in_place, table, 1),
+            (loops.sweep_policy, loops.policy_rows(policy, *table), 2),
         ]:
-            arguments = (sweeps, stop, *table, *extra, value)
+            arguments = (sweeps, stop, *rows, value)
             compiled, plain = (told(f, *arguments, results=results) for f in (loop, python_form(loop)))
             for one, other in zip(compiled, plain, strict=True):
                 np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-13 * abs(world.reward).max())
+    ours, theirs = (f(policy, *table) for f in (loops.policy_rows, python_form(loops.policy_rows)))
+    for one, other in zip(ours, theirs, strict=True):
+        np.testing.assert_array_equal(one, other)
     for kept in (policy, np.full(value.size, -1)):
         arguments = (1e-9, *table, value, kept)
         loop = loops.greedy_backup

@@ -120,6 +120,13 @@ class TestEdges:
         with pytest.raises(InputError, match=message):
             planner(mdp, reward)
 
+    def test_rewards_too_large_to_add_up(self, planner) -> None:
+        mdp = TabularMDP.from_dense(np.full((4, 2, 4), 0.25), 0.9)
+        with pytest.raises(InputError, match=r"reward: found rewards up to 1e\+308, wanted rewards whose sum"):
+            planner(mdp, np.full(4, 1e308))
+        plan = planner(mdp, np.full(4, 1e306))
+        assert plan.status is PlanStatus.SOLVED and abs(plan.value - 1e307).max() <= plan.error_bound
+
     def test_bad_tolerance(self, planner) -> None:
         mdp = TabularMDP.from_dense(np.full((4, 2, 4), 0.25), 0.5)
         for bad in (-1.0, np.nan, np.inf):
