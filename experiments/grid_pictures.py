@@ -73,6 +73,7 @@ def draw_counts(axis: Axes, headline: Headline) -> None:
     rows = {"as drawn": headline, **headline["layouts"]}
     rows |= {f"candidates: {name}": row for name, row in headline["candidates"].items()}
     rows |= {f"stay pair: {name}": row for name, row in headline["stay_pairs"].items()}
+    rows |= headline["samplers"]
     names, counts = list(rows), [row["runs_all_true_subgoals"] for row in rows.values()]
     bars = axis.barh(names, counts, color=[PALETTE[0], *[PALETTE[4]] * (len(rows) - 1)], height=0.6)
     axis.bar_label(bars, [f"{count} of {headline['runs']}" for count in counts], padding=4, fontsize=9)

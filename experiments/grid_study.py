@@ -28,8 +28,10 @@ from experiments.grid_worlds import (
 from subgoal.answers.scores import top_candidates
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.mdp.grid import GridWorld
+from subgoal.partition.protocol import Sampler
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats
+from subgoal.samplers import alg4_literal_sum, collapsed_blocks
 
 RUNS, QUICK_RUNS = 25, 4
 FIRST_LATER_LAYOUT = 100
@@ -58,14 +60,16 @@ class Run:
 
 
 def one_run(
-    setting: Setting, layout: int, seed: int, *, stays: str = "every", candidates: str = "visited", quick: bool = False
-) -> Run:
+    setting: Setting, layout: int, seed: int, *, stays: str = "every", candidates: str = "visited",
+    sampler: Sampler = collapsed_blocks, quick: bool = False,
+) -> Run:  # fmt: skip
     """Demonstrate, plan, sample; ``found`` is whether the true subgoals, and they alone, are on top."""
     grid = world(layout)
     shown = demonstrate(grid, setting.start, setting.subgoals, loops=setting.loops, stays=stays, seed=seed)
     places = CANDIDATES[candidates](shown.demonstrations, grid)
     likelihood = table(shown.demonstrations, grid, places)
-    posterior = posterior_of(likelihood, seed, **({"draws": 300, "warmup": 200, "thin": 2} if quick else {}))
+    length = {"draws": 300, "warmup": 200, "thin": 2} if quick else {}
+    posterior = posterior_of(likelihood, seed, sampler=sampler, **length)
     goals = [state(grid, goal) for goal in setting.subgoals]
     return Run(grid, shown, likelihood, posterior, on_top(posterior, goals))
 
@@ -103,6 +107,7 @@ def study(setting: Setting, seed: int, quick: bool) -> tuple[Headline, list[Run]
         "candidates": {
             name: _row(setting, seed, count, OWN, quick, candidates=name) for name in CANDIDATES if name != "visited"
         },
+        "samplers": {"sum in (4.12), as printed": _row(setting, seed, count, OWN, True, sampler=alg4_literal_sum)},
     }
     return headline, runs, losses
 
