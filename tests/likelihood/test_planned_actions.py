@@ -12,7 +12,7 @@ from subgoal.candidates import Candidates, every_state, visited, visited_and_suc
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import planned_actions
 from subgoal.mdp.tabular import TabularMDP
-from subgoal.runtime.errors import BudgetError, InputError
+from subgoal.runtime.errors import BudgetError, InputError, StorageError
 from tests.mdp.test_first_passage import corridor, world
 from tests.oracles.subgoal_planning import subgoal_values
 
@@ -185,3 +185,16 @@ def test_saving_keeps_goal_sets_and_coordinates(tmp_path) -> None:
     np.testing.assert_array_equal(again.demonstrations.coordinates, demos.coordinates)
     np.testing.assert_array_equal(again.demonstrations.places, demos.coordinates[[0, 1, 5]])
     assert again.likelihood is None
+    with_world = subgoal.load(tmp_path / "p.npz", mdp=mdp)
+    np.testing.assert_array_equal(with_world.likelihood.dense, posterior.likelihood.dense)
+    for other in ({"mdp": corridor(6, 0.8)}, {"mdp": mdp, "convention": "absorbing"}):
+        with pytest.raises(StorageError, match="another world"):
+            subgoal.load(tmp_path / "p.npz", **other)
+
+
+def test_a_world_is_no_use_to_a_posterior_without_plans(tmp_path) -> None:
+    with pytest.warns(UserWarning):
+        posterior = subgoal.sample(subgoal.LogLikelihood.from_table(np.zeros((3, 2))), draws=5, warmup=0)
+    subgoal.save(posterior, tmp_path / "p.npz")
+    with pytest.raises(StorageError, match="planned actions"):
+        subgoal.load(tmp_path / "p.npz", mdp=corridor(6, 0.8))

@@ -114,7 +114,7 @@ FILES = [
         'header["generators"][0]', RESUME + "::test_resuming_in_the_same_process[collapsed_blocks]"),
     Bug("the seed may change", "posterior/checkpoint.py", "if found.get(name) != wanted:",
         'if name != "seed" and found.get(name) != wanted:', RESUME + "::test_other_settings_are_refused_by_name"),
-    Bug("checksum of the first row only", SAMPLE, "probe = source.values", "probe = source.values[:1]",
+    Bug("checksum of the first row only", "posterior/checksum.py", "probe = source.values", "probe = source.values[:1]",
         RESUME + "::test_other_numbers_are_refused"),
     Bug("an interrupted run loses its checkpoint", SAMPLE, "complete = records[0].sweeps == settings.sweeps",
         "complete = True", RESUME + "::test_interrupted_runs_keep_their_checkpoint"),

@@ -121,7 +121,7 @@ def _source(posterior: Posterior) -> PlannedActions:
     if not isinstance(source, PlannedActions):
         raise InputError("posterior", found=f"likelihood {posterior.settings.likelihood!r}",
                          wanted="one that was sampled from planned_actions",
-                         hint="subgoal.bnirl(demonstrations, mdp)")  # fmt: skip
+                         hint="subgoal.bnirl(demonstrations, mdp), or subgoal.load(path, mdp=mdp)")  # fmt: skip
     return source
 
 

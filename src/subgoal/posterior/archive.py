@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +14,18 @@ from subgoal.candidates import Candidates
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations, Source
 from subgoal.likelihood.action_comparison import action_comparison
+from subgoal.likelihood.planned_actions import planned_actions
+from subgoal.mdp.first_passage import Convention
+from subgoal.mdp.tabular import TabularMDP
+from subgoal.posterior.checksum import checksum_of
 from subgoal.posterior.diagnostics import Diagnostic, Status
 from subgoal.posterior.posterior import CountDraws, Posterior, Settings
 from subgoal.runtime.errors import StorageError
 from subgoal.storage.archive import read_archive, write_archive
 
 KIND = "posterior"
-REMADE = "directions"
-"""The kind of likelihood that can be made again from what is stored."""
+REMADE, PLANNED = "directions", "planned actions"
+"""Kinds of likelihood that can be made again: from what is stored, and with the world beside it."""
 
 
 def save(posterior: Posterior, path: str | Path) -> Path:
@@ -59,15 +63,17 @@ def save(posterior: Posterior, path: str | Path) -> Path:
     return path
 
 
-def load(path: str | Path) -> Posterior:
+def load(path: str | Path, *, mdp: TabularMDP | None = None, convention: Convention = "continuing") -> Posterior:
     """Read a posterior that ``save`` wrote.
 
-    The likelihood is made again when it compares directions; otherwise ``Posterior.likelihood`` is None.
-    Raises ``StorageError`` for a torn, foreign or newer file.
+    The likelihood is made again when it compares directions; when actions were planned, if the world ``mdp`` and the
+    goal ``convention`` are given again; otherwise ``Posterior.likelihood`` is None.
+    Raises ``StorageError`` for a torn, foreign or newer file, and for another world than that of the posterior.
     """
     header, arrays = read_archive(Path(path), KIND)
     try:
-        return _posterior(header, arrays)
+        posterior = _posterior(header, arrays)
+        return posterior if mdp is None else _planned_again(posterior, mdp, convention)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as problem:
         raise StorageError("posterior file", where=str(path), found=f"a missing or wrong field ({problem})",
                            wanted="all fields of a posterior") from None  # fmt: skip
@@ -99,6 +105,18 @@ def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Poste
         status=Status[header["status"]], uninformative=arrays["uninformative"], seconds=header["seconds"],
         likelihood=remade,
     )  # fmt: skip
+
+
+def _planned_again(posterior: Posterior, mdp: TabularMDP, convention: Convention) -> Posterior:
+    settings = posterior.settings
+    if settings.likelihood != PLANNED:
+        raise StorageError("mdp", found=f"a posterior of {settings.likelihood!r}", wanted=f"one of {PLANNED!r}")
+    likelihood = planned_actions(
+        posterior.demonstrations, posterior.candidates, mdp, confidence=settings.confidence, convention=convention
+    )
+    if checksum_of(likelihood) != settings.data:
+        raise StorageError("mdp", found="another world, discount or convention", wanted="those of the posterior")
+    return replace(posterior, likelihood=replace(likelihood, demonstrations=posterior.demonstrations))
 
 
 def _goal_sets(arrays: dict[str, NDArray[Any]]) -> list[NDArray[Any]] | None:

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from subgoal.likelihood.table import FixedTable, LogLikelihood
+from subgoal.likelihood.table import LogLikelihood
 from subgoal.partition.alg4 import PRINTED_FORMS
 from subgoal.partition.collapsed_blocks import collapsed_blocks
 from subgoal.partition.protocol import Int32s, Sampler
 from subgoal.posterior.chains import ChainRecord
 from subgoal.posterior.checkpoint import Checkpoint
+from subgoal.posterior.checksum import checksum_of
 from subgoal.posterior.diagnostics import LARGEST_SHARES, Status, gate
 from subgoal.posterior.memory import allocate, holds_assignments, refuse_above_budget
 from subgoal.posterior.posterior import CountDraws, Posterior, Settings
@@ -30,7 +31,6 @@ from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
 from subgoal.runtime.seeds import stream
 from subgoal.runtime.version import VERSION
-from subgoal.storage.archive import digest_arrays
 
 MEMORY_BUDGET = 2**31
 LIKELIHOOD_HINT = "subgoal.action_comparison(demonstrations, candidates), or LogLikelihood.from_table(values)"
@@ -106,7 +106,7 @@ def sample(
     )  # fmt: skip
     refuse_above_budget(likelihood, settings, memory_budget)
     begin = time.monotonic()
-    settings = replace(settings, data=_checksum(likelihood))
+    settings = replace(settings, data=checksum_of(likelihood))
     n, g_count = likelihood.n_observations, likelihood.n_candidates
     held = holds_assignments(n, settings, memory_budget)
     room = allocate((settings.chains, settings.draws, n)) if held else None
@@ -153,17 +153,6 @@ def _name(sampler: Sampler) -> str:
     if not callable(sampler):
         raise InputError("sampler", found=repr(sampler), wanted="a function, such as subgoal.samplers.collapsed_blocks")
     return str(getattr(sampler, "__name__", type(sampler).__name__))
-
-
-def _checksum(likelihood: LogLikelihood) -> str:
-    """One checksum of what the table is made from: given numbers in full, a computed table by its marginals."""
-    demos, candidates, source = likelihood.demonstrations, likelihood.candidates, likelihood.source
-    marginal = likelihood.log_marginal
-    probe = source.values if isinstance(source, FixedTable) else marginal
-    return digest_arrays(
-        demos.states, demos.actions, demos.offset, candidates.points, candidates.log_prior, candidates.radius,
-        candidates.metric.weights, candidates.metric.period, probe,
-    )  # fmt: skip
 
 
 def _resume(keeper: Checkpoint | None, records: list[ChainRecord]) -> None:
