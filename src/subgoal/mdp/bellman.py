@@ -17,6 +17,8 @@ from subgoal.runtime.errors import InputError, PlanningError
 
 ULP = 2.0**-53
 """Largest relative error of one rounding."""
+LEAST_SHARE = 1e-12
+"""Of 1 − γ, where a sum of rewards over time is tried for being finite."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,8 +88,12 @@ class Bellman:
 
     @classmethod
     def of(cls, mdp: TabularMDP, reward: Any) -> Bellman:
-        """Checked; see ``check_reward``."""
-        return cls(mdp, *check_reward(mdp, reward))
+        """Checked; see ``check_reward``. Raises ``InputError`` also where values would be too large for a number."""
+        bellman = cls(mdp, *check_reward(mdp, reward))
+        if not bellman.largest / max(1 - bellman.modulus, LEAST_SHARE) < np.inf:
+            wanted = "rewards whose sum over time is a finite number"
+            raise InputError("reward", found=f"rewards up to {bellman.largest:g}", wanted=wanted)
+        return bellman
 
     @cached_property
     def table(self) -> _Table:

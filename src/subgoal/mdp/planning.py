@@ -93,7 +93,7 @@ def modified_policy_iteration(
     *,
     tolerance: float | None = None,
     initial: Any = None,
-    evaluation_sweeps: int = 30,
+    evaluation_sweeps: int = 20,
     most_sweeps: int = 1_000_000,
     allow_unconverged: bool = False,
 ) -> Plan:
@@ -110,7 +110,8 @@ def modified_policy_iteration(
     while not bellman.settled(bellman.centred(last), tolerance) and improvements + evaluations < most:
         room = min(each, most - improvements - evaluations - 1)
         stop = bellman.stop(tolerance, last.value)
-        made, _ = loops.sweep_policy(room, stop, *bellman.table, last.policy, last.value, out, spare)
+        first, to, weight, gain = loops.policy_rows(last.policy, *bellman.table)
+        made, _ = loops.sweep_policy(room, stop, first, to, weight, gain, last.value, out, spare)
         evaluations += made
         last, improvements = bellman.backup(out), improvements + 1
     sweeps = improvements + evaluations
