@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from subgoal._kernels import walks
+from subgoal._kernels.draws import choose
 from subgoal.mdp.simulate import simulate
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import InputError
@@ -16,7 +17,7 @@ from subgoal.runtime.seeds import stream
 
 EDGE = 1e-5
 """Level of the chi-square test below, with its quantile for three cells (two degrees of freedom): −2 log(level)."""
-DRAWN = getattr(walks.drawn, "py_func", walks.drawn)
+CHOOSE = getattr(choose, "py_func", choose)
 """The Python form, which takes any source of numbers."""
 
 
@@ -100,11 +101,11 @@ def test_actions_and_successors_of_chance_zero_never_happen() -> None:
         def random(self) -> float:
             return self.number
 
-    chosen = [DRAWN(weights, 0, 5, Edge(u)) for u in (0.0, 0.5 - 1e-12, 0.5, 1 - 1e-16, 1.0)]
+    chosen = [CHOOSE(weights, 5, Edge(u)) for u in (0.0, 0.5 - 1e-12, 0.5, 1 - 1e-16, 1.0)]
     assert chosen == [1, 1, 3, 3, 3]
-    assert DRAWN(weights, 2, 5, Edge(0.0)) == 3
-    assert DRAWN(4 * weights, 0, 5, Edge(0.6)) == DRAWN(weights / 4, 0, 5, Edge(0.6)) == 3
-    assert DRAWN(4 * weights, 0, 5, Edge(0.4)) == DRAWN(weights / 4, 0, 5, Edge(0.4)) == 1
+    assert CHOOSE(weights[2:], 3, Edge(0.0)) == 1
+    assert CHOOSE(4 * weights, 5, Edge(0.6)) == CHOOSE(weights / 4, 5, Edge(0.6)) == 3
+    assert CHOOSE(4 * weights, 5, Edge(0.4)) == CHOOSE(weights / 4, 5, Edge(0.4)) == 1
 
 
 def test_compiled_walk_is_its_python_form() -> None:

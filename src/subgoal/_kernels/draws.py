@@ -1,4 +1,4 @@
-"""The one primitive through which every sampler move draws."""
+"""The one primitive through which every sampler move, and every step of a walk, draws."""
 
 from __future__ import annotations
 

@@ -4,22 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-
-@njit(cache=True, nogil=True)
-def drawn(weights, first, last, generator):
-    """Index from ``first`` to ``last`` − 1 with probability proportional to its weight; never one of weight zero."""
-    total = 0.0
-    for k in range(first, last):
-        total += weights[k]
-    target = generator.random() * total
-    chosen = first
-    for k in range(first, last):
-        if weights[k] > 0.0:
-            target -= weights[k]
-            chosen = k
-            if target < 0.0:
-                break
-    return chosen
+from subgoal._kernels.draws import choose
 
 
 @njit(cache=True, nogil=True)
@@ -33,10 +18,10 @@ def walk(state, fixed, chances, n_actions, offset, successor, probability, termi
     while count < states.size and not terminal[state]:
         action = fixed[state]
         if chances.size:
-            action = drawn(chances, state * n_actions, (state + 1) * n_actions, generator) - state * n_actions
+            action = choose(chances[state * n_actions : (state + 1) * n_actions], n_actions, generator)
         states[count] = state
         actions[count] = action
         count += 1
-        row = state * n_actions + action
-        state = successor[drawn(probability, offset[row], offset[row + 1], generator)]
+        first, last = offset[state * n_actions + action], offset[state * n_actions + action + 1]
+        state = successor[first + choose(probability[first:last], last - first, generator)]
     return count, state

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from subgoal._kernels.walks import drawn, walk
+from subgoal._kernels.draws import choose
+from subgoal._kernels.walks import walk
 from subgoal.demonstrations.records import Demonstrations, Source
 from subgoal.mdp.policy import check_policy
 from subgoal.mdp.tabular import TabularMDP, check_states
@@ -45,7 +46,7 @@ def simulate(
     walks = []
     for k in range(trajectories):
         generator = stream(seed, k)
-        begin = int(drawn(chances, 0, chances.size, generator)) if chances.size else int(first[k])
+        begin = int(choose(chances, chances.size, generator)) if chances.size else int(first[k])
         walks.append(_walked(mdp, table, begin, steps, generator))
     final = np.array([end for _, _, end in walks])
     return Demonstrations(
