@@ -1,1 +1,57 @@
 """Discrete worlds: tabular decision processes, grid worlds, and planning in them."""
+
+from subgoal.mdp.cells import to_cells
+from subgoal.mdp.features import FeatureGroups, feature_groups, manhattan, one_hot
+from subgoal.mdp.first_passage import SubgoalPlan, plan_subgoals
+from subgoal.mdp.grid import ROOM_SLIP, THESIS_SLIP, GridWorld
+from subgoal.mdp.implicit import ImplicitMDP
+from subgoal.mdp.layouts import random_walls
+from subgoal.mdp.maps import TextMap, print_map, read_map, read_maps
+from subgoal.mdp.occupancy import Occupancy
+from subgoal.mdp.outcome import PlanStatus
+from subgoal.mdp.planning import (
+    Plan,
+    action_values,
+    arrival_reward,
+    linear_program,
+    modified_policy_iteration,
+    policy_evaluation,
+    policy_iteration,
+    value_iteration,
+)
+from subgoal.mdp.policy import greedy_actions, uniform_policy
+from subgoal.mdp.simulate import simulate
+from subgoal.mdp.tabular import TabularMDP
+
+__all__ = [
+    "FeatureGroups",
+    "GridWorld",
+    "ImplicitMDP",
+    "Occupancy",
+    "Plan",
+    "PlanStatus",
+    "ROOM_SLIP",
+    "SubgoalPlan",
+    "THESIS_SLIP",
+    "TabularMDP",
+    "TextMap",
+    "action_values",
+    "arrival_reward",
+    "feature_groups",
+    "greedy_actions",
+    "linear_program",
+    "manhattan",
+    "modified_policy_iteration",
+    "one_hot",
+    "plan_subgoals",
+    "policy_evaluation",
+    "policy_iteration",
+    "print_map",
+    "random_walls",
+    "read_map",
+    "read_maps",
+    "simulate",
+    "to_cells",
+    "uniform_policy",
+    "value_iteration",
+]
