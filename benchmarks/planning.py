@@ -17,11 +17,11 @@ import numpy as np
 from benchmarks.common import Row, seconds
 from subgoal.candidates import visited
 from subgoal.likelihood.planned_actions import planned_actions
-from subgoal.mdp.first_passage import plan_subgoals
-from subgoal.mdp.grid import THESIS_SLIP, GridWorld
-from subgoal.mdp.planning import value_iteration
-from subgoal.mdp.policy import greedy_actions, uniform_policy
-from subgoal.mdp.simulate import simulate
+from subgoal.mdp.grids.grid import THESIS_SLIP, GridWorld
+from subgoal.mdp.planners.first_passage import plan_subgoals
+from subgoal.mdp.planners.iteration import value_iteration
+from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
+from subgoal.mdp.simulation import simulate
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.sample import sample
 from subgoal.runtime.checks import Floats, Ints

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.common import peak_megabytes, seconds
 from benchmarks.planning import ACCURACY, GOALS, TOP, by_mdpsolver, goals_along_a_walk, grid, plain
 from experiments.common import INK, PALETTE, figure_style, save, sheet
-from subgoal.mdp.first_passage import plan_subgoals
+from subgoal.mdp.planners.first_passage import plan_subgoals
 
 SIDES = (20, 50, 100, 200, 500, 1000)
 LARGEST_PEER = 100

@@ -19,12 +19,12 @@ from experiments.grid_worlds import held_out_loss, loss_by_sweep, posterior_of, 
 from subgoal.answers.scores import policy_loss, top_candidates
 from subgoal.candidates import Candidates, feature_subgoals, visited
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.mdp.features import FeatureGroups, feature_groups, manhattan
-from subgoal.mdp.grid import GridWorld
-from subgoal.mdp.planning import action_values
-from subgoal.mdp.policy import greedy_actions, uniform_policy
-from subgoal.mdp.policy_iteration import policy_iteration
-from subgoal.mdp.simulate import simulate
+from subgoal.mdp.grids.features import FeatureGroups, feature_groups, manhattan
+from subgoal.mdp.grids.grid import GridWorld
+from subgoal.mdp.planners.iteration import action_values
+from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
+from subgoal.mdp.planners.policy_iteration import policy_iteration
+from subgoal.mdp.simulation import simulate
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats
 from subgoal.runtime.seeds import stream

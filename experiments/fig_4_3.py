@@ -18,7 +18,7 @@ from experiments.grid_study import Run, Setting, study, true_cells
 from experiments.grid_worlds import demonstrate, held_out_loss, loss_by_sweep, posterior_of, table
 from subgoal.answers.scores import top_candidates
 from subgoal.candidates import feature_subgoals
-from subgoal.mdp.features import feature_groups, manhattan
+from subgoal.mdp.grids.features import feature_groups, manhattan
 from subgoal.runtime.checks import Floats
 
 SETTING = Setting((10, 1), ((19, 9), (10, 17), (2, 9), (10, 1)), loops=5)

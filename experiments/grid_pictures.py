@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 from experiments.common import GREY, INK, PALETTE, Headline
 from subgoal.answers.scores import top_candidates
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.mdp.grid import GridWorld
+from subgoal.mdp.grids.grid import GridWorld
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats, Ints
 

@@ -27,7 +27,7 @@ from experiments.grid_worlds import (
 )
 from subgoal.answers.scores import top_candidates
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.mdp.grid import GridWorld
+from subgoal.mdp.grids.grid import GridWorld
 from subgoal.partition.protocol import Sampler
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats

@@ -18,8 +18,8 @@ from subgoal.candidates import Candidates, every_state, visited, visited_and_suc
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import planned_actions
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.mdp.grid import THESIS_SLIP, GridWorld
-from subgoal.mdp.layouts import random_walls
+from subgoal.mdp.grids.grid import THESIS_SLIP, GridWorld
+from subgoal.mdp.grids.layouts import random_walls
 from subgoal.options.tabular import execute, goal_option
 from subgoal.partition.protocol import Sampler
 from subgoal.posterior.posterior import Posterior

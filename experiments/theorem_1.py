@@ -20,7 +20,7 @@ from subgoal.candidates import every_state
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import planned_actions
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.mdp.grid import GridWorld
+from subgoal.mdp.grids.grid import GridWorld
 from subgoal.partition.protocol import Chain, Sampler
 from subgoal.runtime.checks import Floats, Ints
 from subgoal.runtime.seeds import stream

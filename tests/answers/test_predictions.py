@@ -25,7 +25,7 @@ from subgoal.likelihood.table import LogLikelihood
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.errors import InputError
-from tests.mdp.test_first_passage import corridor
+from tests.mdp.small_worlds import corridor
 from tests.oracles.subgoal_planning import subgoal_values
 
 pytestmark = pytest.mark.filterwarnings("ignore")

@@ -24,7 +24,7 @@ from subgoal.likelihood.planned_actions import planned_actions
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior.sample import sample
 from subgoal.runtime.errors import InputError
-from tests.mdp.test_first_passage import corridor
+from tests.mdp.small_worlds import corridor
 
 
 def test_bits_per_decision() -> None:

@@ -9,7 +9,7 @@ from experiments import fig_4_1, fig_4_3, theorem_1
 from experiments.common import Options
 from experiments.grid_worlds import KEPT_FREE, cell, demonstrate, state, sweeps_to_minimum, world
 from experiments.theorem_1 import best_so_far, corridor, posterior_by_enumeration, total_variation
-from subgoal.mdp.first_passage import plan_subgoals
+from subgoal.mdp.planners.first_passage import plan_subgoals
 
 
 @pytest.mark.parametrize("layout", [0, 1, 2, 77])

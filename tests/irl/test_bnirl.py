@@ -16,7 +16,7 @@ from subgoal.candidates import Candidates, visited
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.bnirl import bnirl
 from subgoal.posterior.sample import sample
-from tests.mdp.test_first_passage import corridor
+from tests.mdp.small_worlds import corridor
 from tests.oracles.subgoal_planning import subgoal_values
 
 pytestmark = pytest.mark.filterwarnings("ignore")

@@ -13,7 +13,7 @@ from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import planned_actions
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import BudgetError, InputError, StorageError
-from tests.mdp.test_first_passage import corridor, world
+from tests.mdp.small_worlds import corridor, world
 from tests.oracles.subgoal_planning import subgoal_values
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from subgoal.mdp.planning import linear_program, modified_policy_iteration, policy_iteration, value_iteration
+from subgoal.mdp.planners.iteration import linear_program, modified_policy_iteration, policy_iteration, value_iteration
 from subgoal.mdp.tabular import TabularMDP
 from tests.oracles import exact_planning as oracle
 

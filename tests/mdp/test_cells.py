@@ -14,9 +14,9 @@ from subgoal.answers.scores import top_candidates
 from subgoal.demonstrations import Demonstrations, Recording, demonstrate, read_recording, starting_in
 from subgoal.demonstrations.records import Source
 from subgoal.irl.bnirl import bnirl
-from subgoal.mdp.cells import to_cells
-from subgoal.mdp.maps import read_map, read_maps
-from subgoal.mdp.occupancy import Occupancy
+from subgoal.mdp.grids.cells import to_cells
+from subgoal.mdp.grids.maps import read_map, read_maps
+from subgoal.mdp.grids.occupancy import Occupancy
 from subgoal.runtime.errors import InputError
 from tests.oracles.cells import Room, gridded
 

@@ -9,8 +9,8 @@ from subgoal.candidates import feature_subgoals, visited
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.bnirl import bnirl
 from subgoal.likelihood.planned_actions import planned_actions
-from subgoal.mdp.features import feature_groups, manhattan, one_hot
-from subgoal.mdp.grid import THESIS_SLIP, GridWorld
+from subgoal.mdp.grids.features import feature_groups, manhattan, one_hot
+from subgoal.mdp.grids.grid import THESIS_SLIP, GridWorld
 from subgoal.runtime.errors import InputError
 
 

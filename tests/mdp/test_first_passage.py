@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from subgoal._kernels import first_passage as loops
-from subgoal.mdp.first_passage import LANES, plan_subgoals
-from subgoal.mdp.outcome import PlanStatus
+from subgoal.mdp.planners.first_passage import LANES, plan_subgoals
+from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import InputError, PlanningError
-from tests.oracles.subgoal_planning import random_world, subgoal_values
+from tests.mdp.small_worlds import corridor, world
+from tests.oracles.subgoal_planning import subgoal_values
 
 KINDS = [
     {},
@@ -20,11 +21,6 @@ KINDS = [
     {"one_way": True},
     {"n_states": 40, "n_actions": 5, "illegal": True, "terminal": 3},
 ]
-
-
-def world(seed: int, discount: float, **kind) -> tuple[TabularMDP, tuple]:
-    table, legal, ends = random_world(seed, **kind)
-    return TabularMDP.from_dense(table, discount, available=legal, terminal=ends), (table, legal, ends)
 
 
 def everything(n_states: int, seed: int) -> list[list[int]]:
@@ -83,15 +79,6 @@ def test_predecessors_are_the_states_that_lead_there() -> None:
     np.fill_diagonal(leads, False)
     for t in range(15):
         assert before[edge[t] : edge[t + 1]].tolist() == np.flatnonzero(leads[:, t]).tolist()
-
-
-def corridor(n: int, discount: float, *, stay: bool = True) -> TabularMDP:
-    table = np.zeros((n, 3 if stay else 2, n))
-    for s in range(n):
-        table[s, 0, max(s - 1, 0)] = table[s, 1, min(s + 1, n - 1)] = 1
-        if stay:
-            table[s, 2, s] = 1
-    return TabularMDP.from_dense(table, discount)
 
 
 def test_a_corridor_by_hand() -> None:

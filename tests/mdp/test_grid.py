@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from subgoal.mdp.grid import ROOM_SLIP, THESIS_SLIP, GridWorld
+from subgoal.mdp.grids.grid import ROOM_SLIP, THESIS_SLIP, GridWorld
 from subgoal.runtime.errors import InputError
 
 ROUNDING = 1e-14

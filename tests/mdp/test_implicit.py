@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from subgoal.mdp.implicit import ImplicitMDP
-from subgoal.mdp.planning import policy_iteration
+from subgoal.mdp.planners.iteration import policy_iteration
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import InputError
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from subgoal.mdp.grid import GridWorld
-from subgoal.mdp.layouts import random_walls
+from subgoal.mdp.grids.grid import GridWorld
+from subgoal.mdp.grids.layouts import random_walls
 from subgoal.runtime.errors import InputError
 
 SEEDS = range(150)

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from subgoal.mdp.grid import GridWorld
-from subgoal.mdp.maps import TextMap, print_map, read_map, read_maps
+from subgoal.mdp.grids.grid import GridWorld
+from subgoal.mdp.grids.maps import TextMap, print_map, read_map, read_maps
 from subgoal.runtime.errors import InputError, ReadError
 
 KITCHEN = """kitchen

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from subgoal.demonstrations import Demonstrations, Recording
-from subgoal.mdp.maps import read_map
-from subgoal.mdp.occupancy import Occupancy
+from subgoal.mdp.grids.maps import read_map
+from subgoal.mdp.grids.occupancy import Occupancy
 from subgoal.runtime.errors import BudgetError, InputError, ReadError
 
 

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from subgoal._kernels import backups as loops
-from subgoal.mdp.bellman import Bellman
-from subgoal.mdp.outcome import PlanStatus
-from subgoal.mdp.planning import action_values, modified_policy_iteration, policy_iteration, value_iteration
-from subgoal.mdp.policy import greedy_actions
+from subgoal.mdp.planners.bellman import Bellman
+from subgoal.mdp.planners.iteration import action_values, modified_policy_iteration, policy_iteration, value_iteration
+from subgoal.mdp.planners.outcome import PlanStatus
+from subgoal.mdp.planners.policy import greedy_actions
 from subgoal.mdp.tabular import TabularMDP
 from tests.mdp.random_worlds import ITERATIVE, PLANNERS, World, optimum, random_world
 from tests.oracles import exact_planning as oracle

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from subgoal.mdp.outcome import PlanStatus
-from subgoal.mdp.planning import linear_program, modified_policy_iteration, policy_iteration, value_iteration
+from subgoal.mdp.planners.iteration import linear_program, modified_policy_iteration, policy_iteration, value_iteration
+from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import InputError, PlanningError
 from tests.mdp.random_worlds import ITERATIVE, PLANNERS, in_place, optimum, random_world

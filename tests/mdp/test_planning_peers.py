@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from subgoal.mdp.planning import modified_policy_iteration, policy_iteration, value_iteration
+from subgoal.mdp.planners.iteration import modified_policy_iteration, policy_iteration, value_iteration
 from tests.mdp.random_worlds import World, random_world
 
 SEEDS = range(25)

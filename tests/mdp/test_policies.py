@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from subgoal.mdp.planning import action_values, arrival_reward, policy_evaluation, policy_iteration
-from subgoal.mdp.policy import greedy_actions, uniform_policy
+from subgoal.mdp.planners.iteration import action_values, arrival_reward, policy_evaluation, policy_iteration
+from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import InputError
 from tests.mdp.random_worlds import random_world

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from subgoal.mdp.grid import GridWorld
-from subgoal.mdp.shortest_ways import shortest_ways, steps_between
+from subgoal.mdp.grids.grid import GridWorld
+from subgoal.mdp.grids.shortest_ways import shortest_ways, steps_between
 from tests.oracles.cells import Room
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from subgoal.mdp.planning import (
+from subgoal.mdp.planners.iteration import (
     action_values,
     arrival_reward,
     linear_program,
@@ -14,7 +14,7 @@ from subgoal.mdp.planning import (
     policy_iteration,
     value_iteration,
 )
-from subgoal.mdp.policy import greedy_actions, uniform_policy
+from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
 from subgoal.mdp.tabular import TabularMDP
 
 PLANNERS = [value_iteration, modified_policy_iteration, policy_iteration, linear_program]

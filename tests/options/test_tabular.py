@@ -12,7 +12,7 @@ from subgoal.mdp.tabular import TabularMDP
 from subgoal.options.tabular import Option, ended_at, execute, goal_option, option
 from subgoal.runtime.errors import InputError
 from tests.answers.test_predictions import there_and_back
-from tests.mdp.test_first_passage import corridor, world
+from tests.mdp.small_worlds import corridor, world
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 

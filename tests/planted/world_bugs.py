@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.planted.bug import Bug
 
-PASSAGE, PLAN, GRID = "_kernels/first_passage.py", "mdp/first_passage.py", "mdp/grid.py"
+PASSAGE, PLAN, GRID = "_kernels/first_passage.py", "mdp/planners/first_passage.py", "mdp/grids/grid.py"
 SOFTMAX, PLANNED = "_kernels/softmax.py", "likelihood/planned_actions.py"
 PREDICT, SCORES = "answers/predictions.py", "answers/scores.py"
 VALUES = "mdp/test_first_passage.py::test_values_are_those_of_policy_iteration[{}-0.99-{}]"
@@ -41,8 +41,8 @@ WORLDS = [
         "mdp/test_grid.py"),
     Bug("rows may be one percent off", "mdp/tabular.py", "ROW_TOLERANCE = 1e-8", "ROW_TOLERANCE = 0.02",
         "mdp/test_tabular.py::test_rows_that_do_not_sum_to_one"),
-    Bug("trajectories hang on how many there are", "mdp/simulate.py", "generator = stream(seed, k)",
-        "generator = stream(seed, trajectories - k)", "mdp/test_simulate.py"),
+    Bug("trajectories hang on how many there are", "mdp/simulation.py", "generator = stream(seed, k)",
+        "generator = stream(seed, trajectories - k)", "mdp/test_simulation.py"),
     Bug("likelihood of actions to the power 0.95", SOFTMAX, "out[i, g] = confidence * (table[actions[i], g] - peak[g])",
         "out[i, g] = 0.95 * confidence * (table[actions[i], g] - peak[g])",
         TABLE + "::test_probabilities_of_the_legal_actions_sum_to_one"),

@@ -9,7 +9,7 @@ import numpy as np
 from subgoal.answers.subgoals import LISTED_FROM
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import PlannedActions
-from subgoal.mdp.first_passage import plan_subgoals
+from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.mdp.tabular import check_states
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats, Ints, positive, whole

@@ -12,8 +12,8 @@ from scipy.special import comb
 
 from subgoal.likelihood.planned_actions import PlannedActions
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.mdp.policy import greedy_actions
-from subgoal.mdp.policy_iteration import policy_evaluation, policy_iteration
+from subgoal.mdp.planners.policy import greedy_actions
+from subgoal.mdp.planners.policy_iteration import policy_evaluation, policy_iteration
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Bools, Floats, Ints, positive, real_array, whole

@@ -15,7 +15,7 @@ from subgoal.runtime.checks import Ints
 from subgoal.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from subgoal.mdp.features import FeatureGroups
+    from subgoal.mdp.grids.features import FeatureGroups
 
 
 def visited(demonstrations: Demonstrations, *, metric: Metric | None = None, by_visits: bool = False) -> Candidates:

@@ -7,7 +7,7 @@ from typing import Any
 from subgoal.candidates import Candidates, visited
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, planned_actions
-from subgoal.mdp.first_passage import Convention
+from subgoal.mdp.planners.first_passage import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import sample

@@ -12,7 +12,7 @@ from subgoal._kernels.softmax import softmax_tile
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
-from subgoal.mdp.first_passage import Convention, SubgoalPlan, plan_subgoals
+from subgoal.mdp.planners.first_passage import Convention, SubgoalPlan, plan_subgoals
 from subgoal.mdp.tabular import TabularMDP, check_states
 from subgoal.runtime.checks import Floats, Ints
 from subgoal.runtime.errors import BudgetError, InputError

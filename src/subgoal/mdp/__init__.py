@@ -1,15 +1,14 @@
 """Discrete worlds: tabular decision processes, grid worlds, and planning in them."""
 
-from subgoal.mdp.cells import to_cells
-from subgoal.mdp.features import FeatureGroups, feature_groups, manhattan, one_hot
-from subgoal.mdp.first_passage import SubgoalPlan, plan_subgoals
-from subgoal.mdp.grid import ROOM_SLIP, THESIS_SLIP, GridWorld
+from subgoal.mdp.grids.cells import to_cells
+from subgoal.mdp.grids.features import FeatureGroups, feature_groups, manhattan, one_hot
+from subgoal.mdp.grids.grid import ROOM_SLIP, THESIS_SLIP, GridWorld
+from subgoal.mdp.grids.layouts import random_walls
+from subgoal.mdp.grids.maps import TextMap, print_map, read_map, read_maps
+from subgoal.mdp.grids.occupancy import Occupancy
 from subgoal.mdp.implicit import ImplicitMDP
-from subgoal.mdp.layouts import random_walls
-from subgoal.mdp.maps import TextMap, print_map, read_map, read_maps
-from subgoal.mdp.occupancy import Occupancy
-from subgoal.mdp.outcome import PlanStatus
-from subgoal.mdp.planning import (
+from subgoal.mdp.planners.first_passage import SubgoalPlan, plan_subgoals
+from subgoal.mdp.planners.iteration import (
     Plan,
     action_values,
     arrival_reward,
@@ -19,8 +18,9 @@ from subgoal.mdp.planning import (
     policy_iteration,
     value_iteration,
 )
-from subgoal.mdp.policy import greedy_actions, uniform_policy
-from subgoal.mdp.simulate import simulate
+from subgoal.mdp.planners.outcome import PlanStatus
+from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
+from subgoal.mdp.simulation import simulate
 from subgoal.mdp.tabular import TabularMDP
 
 __all__ = [

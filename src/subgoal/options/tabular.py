@@ -9,9 +9,9 @@ import numpy as np
 
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import PlannedActions
-from subgoal.mdp.first_passage import plan_subgoals
-from subgoal.mdp.policy import greedy_actions, uniform_policy
-from subgoal.mdp.simulate import simulate
+from subgoal.mdp.planners.first_passage import plan_subgoals
+from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
+from subgoal.mdp.simulation import simulate
 from subgoal.mdp.tabular import TabularMDP, check_states
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Bools, Floats, frozen, real_array, whole

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from subgoal.mdp.grid import GridWorld
+from subgoal.mdp.grids.grid import GridWorld
 from subgoal.runtime.checks import Ints
 
 

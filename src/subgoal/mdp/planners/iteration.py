@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from subgoal._kernels import backups as loops
-from subgoal.mdp.bellman import Bellman, Plan, delivered
-from subgoal.mdp.linear_program import linear_program
-from subgoal.mdp.policy_iteration import policy_evaluation, policy_iteration
-from subgoal.mdp.rewards import arrival_reward, check_reward
+from subgoal.mdp.planners.bellman import Bellman, Plan, delivered
+from subgoal.mdp.planners.linear_program import linear_program
+from subgoal.mdp.planners.policy_iteration import policy_evaluation, policy_iteration
+from subgoal.mdp.planners.rewards import arrival_reward, check_reward
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.checks import Floats, frozen, real_array, whole
 from subgoal.runtime.errors import InputError

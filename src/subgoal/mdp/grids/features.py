@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from subgoal.mdp.grid import GridWorld
+from subgoal.mdp.grids.grid import GridWorld
 from subgoal.runtime.checks import Floats, Ints, frozen, real_array, whole
 from subgoal.runtime.errors import InputError
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from subgoal.demonstrations.recordings import piece_names
 from subgoal.demonstrations.records import Demonstrations, Recording
-from subgoal.mdp.grid import GridWorld
-from subgoal.mdp.occupancy import Occupancy
-from subgoal.mdp.samples import Samples, samples_of
-from subgoal.mdp.shortest_ways import shortest_ways, steps_between
+from subgoal.mdp.grids.grid import GridWorld
+from subgoal.mdp.grids.occupancy import Occupancy
+from subgoal.mdp.grids.samples import Samples, samples_of
+from subgoal.mdp.grids.shortest_ways import shortest_ways, steps_between
 from subgoal.runtime.checks import Bools, Floats, Ints
 from subgoal.runtime.errors import InputError
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from importlib import import_module
 
 import numpy as np
 import pytest
 
 from subgoal._kernels import walks
 from subgoal._kernels.draws import choose
-from subgoal.mdp.simulate import simulate
+from subgoal.mdp import simulation
+from subgoal.mdp.simulation import simulate
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import InputError
 from subgoal.runtime.seeds import stream
@@ -71,7 +71,7 @@ def test_trajectory_k_hangs_on_seed_and_k_alone() -> None:
 def test_the_room_of_a_walk_does_not_change_it(monkeypatch: pytest.MonkeyPatch) -> None:
     policy = np.array([[0.9, 0.1, 0], [0.9, 0.1, 0], [0.9, 0.1, 0], [0, 0, 0]])
     whole = simulate(chain(), policy, steps=300, trajectories=3, start=0, seed=1)
-    monkeypatch.setattr(import_module("subgoal.mdp.simulate"), "ROOM", 7)
+    monkeypatch.setattr(simulation, "ROOM", 7)
     parts = simulate(chain(), policy, steps=300, trajectories=3, start=0, seed=1)
     np.testing.assert_array_equal(whole.states, parts.states)
     np.testing.assert_array_equal(whole.actions, parts.actions)

@@ -16,8 +16,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from subgoal._kernels import first_passage as loops
-from subgoal.mdp.goals import goal_sets, membership
-from subgoal.mdp.outcome import PlanStatus
+from subgoal.mdp.planners.goals import goal_sets, membership
+from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.tabular import TabularMDP, check_states
 from subgoal.runtime.checks import Bools, Floats, Ints, positive, whole
 from subgoal.runtime.errors import InputError, PlanningError

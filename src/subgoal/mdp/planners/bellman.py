@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from subgoal._kernels import backups as loops
-from subgoal.mdp.outcome import PlanStatus
-from subgoal.mdp.rewards import check_reward
+from subgoal.mdp.planners.outcome import PlanStatus
+from subgoal.mdp.planners.rewards import check_reward
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.checks import Bools, Floats, Ints, frozen, positive, real_array
 from subgoal.runtime.errors import InputError, PlanningError

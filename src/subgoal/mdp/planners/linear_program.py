@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-from subgoal.mdp.bellman import Bellman, Plan, delivered
+from subgoal.mdp.planners.bellman import Bellman, Plan, delivered
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.checks import Floats
 from subgoal.runtime.errors import PlanningError

@@ -10,8 +10,8 @@ from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order
 from scipy.sparse.linalg import splu
 
-from subgoal.mdp.bellman import Bellman, Plan, delivered
-from subgoal.mdp.policy import check_policy
+from subgoal.mdp.planners.bellman import Bellman, Plan, delivered
+from subgoal.mdp.planners.policy import check_policy
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.checks import Bools, Floats, Ints, frozen, whole
 from subgoal.runtime.errors import InputError, PlanningError

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from subgoal.demonstrations.readers.files import guarded, plain_file
-from subgoal.mdp.grid import GridWorld
-from subgoal.mdp.maps import TextMap
-from subgoal.mdp.samples import planar
+from subgoal.mdp.grids.grid import GridWorld
+from subgoal.mdp.grids.maps import TextMap
+from subgoal.mdp.grids.samples import planar
 from subgoal.runtime.checks import Bools, Floats, Ints, frozen, positive, real_array
 from subgoal.runtime.errors import BudgetError, InputError, ReadError
 

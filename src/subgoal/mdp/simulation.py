@@ -9,7 +9,7 @@ import numpy as np
 from subgoal._kernels.draws import choose
 from subgoal._kernels.walks import walk
 from subgoal.demonstrations.records import Demonstrations, Source
-from subgoal.mdp.policy import check_policy
+from subgoal.mdp.planners.policy import check_policy
 from subgoal.mdp.tabular import TabularMDP, check_states
 from subgoal.runtime.checks import Floats, Ints, real_array, whole
 from subgoal.runtime.errors import InputError

@@ -1,0 +1,1 @@
+"""Grid worlds: cells and walls, maps and floor plans, positions to cells, features."""

@@ -1,0 +1,1 @@
+"""Planning: any reward by the general planners, all subgoals at once by first passage; policies and rewards."""
