@@ -121,6 +121,21 @@ def test_the_bandwidth_is_the_best_of_those_tried_on_other_trajectories(posterio
     np.testing.assert_array_equal(predict_nearby(posterior, [3]), predict_nearby(posterior, [3], bandwidth=chosen))
 
 
+def test_blocks_change_nothing(posterior: Posterior, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, chosen = predict_nearby(posterior, np.arange(WIDTH), bandwidth=2), best_bandwidth(posterior)
+    monkeypatch.setattr("subgoal.answers.predictions.MOST_DISTANCES", 100)
+    np.testing.assert_array_equal(predict_nearby(posterior, np.arange(WIDTH), bandwidth=2), whole)
+    assert best_bandwidth(posterior) == pytest.approx(chosen)
+
+
+def test_one_trajectory_is_predicted_from_its_other_observations(world: TabularMDP) -> None:
+    demos = Demonstrations(np.array([0, 1, 2, 9, 8, 7]), np.array([1, 1, 1, 0, 0, 0]), np.array([0, 6]))
+    made = bnirl(demos, world, candidates=Candidates.from_states([4, 5]), confidence=5.0, draws=50, warmup=50)
+    assert 0.5 <= best_bandwidth(made) <= 9
+    still = Demonstrations.from_arrays(np.array([3, 3]), np.array([1, 1]))
+    assert best_bandwidth(bnirl(still, world, draws=5, warmup=0)) == 1.0
+
+
 def test_waypoints_come_in_the_order_of_their_first_use(posterior: Posterior) -> None:
     sequence = [int(posterior.candidates.goal_sets[g][0]) for g in waypoints(posterior)]
     assert sequence[:2] == [9, 1]

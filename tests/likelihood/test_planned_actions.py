@@ -172,6 +172,31 @@ def test_candidate_states() -> None:
         visited(Demonstrations.from_arrays(np.zeros((2, 2)), np.ones((2, 2))), by_visits=True)
 
 
+@pytest.mark.parametrize(
+    ("goals", "keywords", "match"),
+    [
+        ([[0, 1], [2]], {"coordinates": np.zeros((2, 2))}, "state 2"),
+        ([[0], []], {}, "candidate 1"),
+        ([[0], [-1]], {}, "candidate 1"),
+        ([[0.5]], {}, "candidate 0"),
+        ([], {}, "0 sets"),
+        ([0, 1], {"points": [[1.0, 2.0]]}, "2 sets, wanted 1"),
+    ],
+)
+def test_bad_sets_of_states(goals, keywords: dict, match: str) -> None:
+    with pytest.raises(InputError, match=match):
+        Candidates.from_states(goals, **keywords)
+
+
+def test_sets_lie_at_the_mean_of_their_states_unless_told_otherwise() -> None:
+    places = np.arange(8.0).reshape(4, 2)
+    made = Candidates.from_states([[3, 1], 2], coordinates=places, names=["two", "one"])
+    np.testing.assert_array_equal(made.points, [[4, 5], [4, 5]])
+    assert [each.tolist() for each in made.goal_sets] == [[1, 3], [2]]
+    np.testing.assert_array_equal(Candidates.from_states([[3, 1], 2]).points, [[1], [2]])
+    np.testing.assert_array_equal(Candidates.from_states([3], points=[[9.0, 9.0]]).points, [[9, 9]])
+
+
 def test_saving_keeps_goal_sets_and_coordinates(tmp_path) -> None:
     mdp = corridor(6, 0.9)
     demos = Demonstrations.from_arrays(

@@ -88,6 +88,10 @@ def test_bad_input() -> None:
     for keywords, match in (({"candidate": 99}, "candidate"), ({"candidate": 0, "begin": "here"}, "begin")):
         with pytest.raises(InputError, match=match):
             option(posterior, **keywords)
+    other = subgoal.sample(subgoal.LogLikelihood.from_table(np.zeros((2, 2))), draws=5, warmup=0)
+    with pytest.raises(InputError, match="planned actions"):
+        option(other, 0)
+    assert repr(made) == "Option('goal': begins in 5 states, ends in 1 of 5)"
     table = np.zeros((3, 1, 3))
     table[0, 0, 1] = table[1, 0, 1] = table[2, 0, 0] = 1
     one_way = TabularMDP.from_dense(table, 0.9)

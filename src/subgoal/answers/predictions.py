@@ -16,7 +16,11 @@ from subgoal.runtime.checks import Floats, Ints, positive, whole
 from subgoal.runtime.errors import InputError
 
 BANDWIDTHS = 12
-"""Bandwidths tried between the smallest and the largest distance of two observed places."""
+"""Bandwidths tried between half the smallest and the largest distance of two observed places."""
+MOST_TRIED = 1_000
+"""Observations, evenly spread, on which bandwidths are tried."""
+MOST_DISTANCES = 2**22
+"""Distances that are held at a time."""
 
 
 def predict_mixture(posterior: Posterior, states: Any) -> Floats:
@@ -25,7 +29,8 @@ def predict_mixture(posterior: Posterior, states: Any) -> Floats:
     The exact predictive of the exchangeable model: the weights do not depend on the state, the policies do. Raises
     ``InputError`` for states (M,) that do not exist and for a posterior that was not made by planning.
     """
-    return _mixed(posterior, states, _weights(posterior))
+    policies, row = _policies(posterior, states)
+    return np.asarray((policies @ _weights(posterior))[row])
 
 
 def predict_literal(posterior: Posterior, states: Any) -> Floats:
@@ -52,9 +57,14 @@ def predict_nearby(posterior: Posterior, states: Any, *, bandwidth: float | None
     """
     if bandwidth is None:
         bandwidth = best_bandwidth(posterior)
-    distance = _distances(_places(posterior, states), posterior.demonstrations.places)
-    near = np.exp(-0.5 * (distance / positive("bandwidth", bandwidth)) ** 2)
-    return _mixed(posterior, states, _local_weights(posterior, near))
+    width, seen, there = positive("bandwidth", bandwidth), posterior.demonstrations.places, _places(posterior, states)
+    policies, row = _policies(posterior, states)
+    out = np.empty((len(there), policies.shape[1]))
+    for block in _blocks(len(there), len(seen)):
+        near = np.exp(-0.5 * (_distances(there[block], seen) / width) ** 2)
+        weights = _local_weights(posterior, near)
+        out[block] = [policies[u] @ weight for u, weight in zip(row[block], weights, strict=True)]
+    return out
 
 
 def predict_waypoints(
@@ -99,20 +109,27 @@ def waypoints(posterior: Posterior) -> Ints:
 def best_bandwidth(posterior: Posterior) -> float:
     """The bandwidth that ``predict_nearby`` takes when it is given none."""
     demos = posterior.demonstrations
-    distance = _distances(demos.places, demos.places)
-    apart = distance[distance > 0]
-    if not apart.size:
+    places, trajectory = demos.places, demos.trajectory
+    tried_on = np.unique(np.linspace(0, len(places) - 1, MOST_TRIED).astype(np.int64))
+    closest, furthest = np.inf, 0.0
+    for block in _blocks(tried_on.size, len(places)):
+        distance = _distances(places[tried_on[block]], places)
+        furthest = max(furthest, float(distance.max()))
+        closest = min(closest, float(np.where(distance > 0, distance, np.inf).min()))
+    if furthest == 0:
         return 1.0
-    other = demos.trajectory[:, None] != demos.trajectory[None]
-    if not other.any():
-        other = ~np.eye(len(distance), dtype=bool)
-    policies, row = _policies(posterior, demos.states)
-    taken = policies[row, demos.actions]
-    tried = np.geomspace(apart.min() / 2, apart.max(), BANDWIDTHS)
-    scores = [
-        np.log((_local_weights(posterior, np.exp(-0.5 * (distance / h) ** 2) * other) * taken).sum(axis=1)).mean()
-        for h in tried
-    ]
+    tried = np.geomspace(closest / 2, furthest, BANDWIDTHS)
+    policies, row = _policies(posterior, demos.states[tried_on])
+    taken = policies[row, demos.actions[tried_on]]
+    alone = demos.n_trajectories == 1
+    scores = np.zeros(BANDWIDTHS)
+    for block in _blocks(tried_on.size, len(places)):
+        rows = tried_on[block]
+        distance = _distances(places[rows], places)
+        other = np.arange(len(places)) != rows[:, None] if alone else trajectory != trajectory[rows][:, None]
+        for k, width in enumerate(tried):
+            weights = _local_weights(posterior, np.exp(-0.5 * (distance / width) ** 2) * other)
+            scores[k] += np.log((weights * taken[block]).sum(axis=1)).sum()
     return float(tried[int(np.argmax(scores))])
 
 
@@ -150,19 +167,17 @@ def _weights(posterior: Posterior) -> Floats:
     return np.asarray((posterior.expected_shares * n + concentration * prior) / (n + concentration))
 
 
-def _mixed(posterior: Posterior, states: Any, weights: Floats) -> Floats:
-    """(M, A) policies mixed with weights (G,), or (M, G) of each state's own."""
-    policies, row = _policies(posterior, states)
-    if weights.ndim == 1:
-        return np.asarray((policies @ weights)[row])
-    return np.stack([policies[u] @ weight for u, weight in zip(row, weights, strict=True)])
-
-
 def _local_weights(posterior: Posterior, near: Floats) -> Floats:
     """(M, G) weights for κ (M, N), each row summing to one."""
     prior = posterior.settings.concentration * np.exp(posterior.candidates.log_prior)
     weights = near @ posterior.shares + prior
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def _blocks(rows: int, columns: int) -> list[slice]:
+    """Consecutive rows of a table of which no more than ``MOST_DISTANCES`` entries are held."""
+    size = max(1, MOST_DISTANCES // max(columns, 1))
+    return [slice(start, min(start + size, rows)) for start in range(0, rows, size)]
 
 
 def _distances(first: Floats, second: Floats) -> Floats:
