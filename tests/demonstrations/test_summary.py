@@ -89,3 +89,9 @@ def test_lines_tell_everything_once():
     assert "rows dropped: 7" in lines
     assert any(line.startswith("y: 0 to 22 m") for line in lines)
     assert any(line.startswith("warning: ") for line in lines)
+
+
+def test_states_with_coordinates_are_summed_up_by_where_they_lie() -> None:
+    places = np.array([[0.0, 5.0], [2.0, 1.0], [9.0, 9.0]])
+    told = summarise(Demonstrations(np.array([0, 1]), np.array([0, 0]), np.array([0, 2]), coordinates=places))
+    assert (told.dimension, told.names, told.lower, told.upper) == (2, ("x0", "x1"), (0, 1), (2, 5))

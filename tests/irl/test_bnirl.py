@@ -16,6 +16,7 @@ from subgoal.candidates import Candidates, visited
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.bnirl import bnirl
 from subgoal.posterior.sample import sample
+from subgoal.runtime.errors import InputError
 from tests.mdp.small_worlds import corridor
 from tests.oracles.subgoal_planning import subgoal_values
 
@@ -83,3 +84,15 @@ def test_the_confidence_of_the_table_is_that_of_the_softmax() -> None:
     chances = [exp(v) / (exp(right) + exp(left) + exp(still)) for v in (left, right)]
     wanted = chances[1] / sum(chances)
     assert posterior.expected_shares[1] == pytest.approx(wanted, abs=5 * 0.5 / 20_000**0.5)
+
+
+def test_arguments_in_the_wrong_place_are_told() -> None:
+    demos, grid = Demonstrations.from_arrays(STATES, ACTIONS), world(0)
+    for given, match in (
+        ((grid.mdp, demos), "TabularMDP and Demonstrations"),
+        ((demos, grid), r"GridWorld.*Try: world\.mdp"),
+    ):
+        with pytest.raises(InputError, match=match):
+            bnirl(*given)
+    with pytest.raises(InputError, match="candidates: found list"):
+        bnirl(demos, grid.mdp, candidates=[1, 2])

@@ -101,7 +101,10 @@ class Summary:
 
 def summarise(data: Recording | Demonstrations) -> Summary:
     """Counts, rates, ranges, speeds and warnings of a Recording or Demonstrations."""
-    places = data.positions if isinstance(data, Recording) else data.states
+    if isinstance(data, Recording):
+        places = data.positions
+    else:
+        places = data.states if data.coordinates is None else data.places
     table = np.asarray(places, dtype=np.float64).reshape(len(places), -1)
     later = np.ones(len(table), bool)
     later[data.offset[:-1]] = False

@@ -6,7 +6,7 @@ from typing import Any
 
 from subgoal.candidates import Candidates, visited
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, planned_actions
+from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, checked_pairs, planned_actions
 from subgoal.mdp.planners.first_passage import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.posterior import Posterior
@@ -48,6 +48,7 @@ def bnirl(
     ------
     What ``planned_actions`` and ``sample`` raise.
     """
+    checked_pairs(demonstrations, mdp)
     candidates = visited(demonstrations) if candidates is None else candidates
     likelihood = planned_actions(
         demonstrations, candidates, mdp, confidence=confidence, convention=convention, workers=sampling.get("workers")

@@ -12,6 +12,7 @@ from subgoal._kernels.softmax import softmax_tile
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
+from subgoal.mdp.grids.grid import GridWorld
 from subgoal.mdp.planners.first_passage import Convention, SubgoalPlan, plan_subgoals
 from subgoal.mdp.tabular import TabularMDP, check_states
 from subgoal.runtime.checks import Floats, Ints
@@ -133,9 +134,11 @@ def planned_actions(
     PlanningError
         The tolerance was not reached.
     """
-    states, actions = _checked_pairs(demonstrations, mdp)
-    if candidates.goal_sets is None:
-        raise InputError("candidates", found="places in space", wanted="states of the world",
+    states, actions = checked_pairs(demonstrations, mdp)
+    given: Any = candidates
+    if not isinstance(given, Candidates) or given.goal_sets is None:
+        found = "places in space" if isinstance(given, Candidates) else type(given).__name__
+        raise InputError("candidates", found=found, wanted="Candidates that are states of the world",
                          hint="subgoal.visited(demonstrations), or Candidates.from_states(states)")  # fmt: skip
     here, row = np.unique(states, return_inverse=True)
     needed = 8.0 * here.size * (mdp.n_actions + 1) * candidates.n_candidates
@@ -156,11 +159,12 @@ def planned_actions(
     return LogLikelihood(source, confidence, candidates, replace(demonstrations, source=noted), dense_entries)
 
 
-def _checked_pairs(demonstrations: Any, mdp: Any) -> tuple[Ints, Ints]:
-    """States and actions, each of the world and legal."""
+def checked_pairs(demonstrations: Any, mdp: Any) -> tuple[Ints, Ints]:
+    """States and actions, each of the world and legal; raises ``InputError`` naming the observation."""
     if not isinstance(demonstrations, Demonstrations) or not isinstance(mdp, TabularMDP):
-        found = f"{type(demonstrations).__name__}, {type(mdp).__name__}"
-        raise InputError("planned_actions", found=found, wanted="Demonstrations, Candidates, then a TabularMDP")
+        found = f"{type(demonstrations).__name__} and {type(mdp).__name__}"
+        hint = "world.mdp" if isinstance(mdp, GridWorld) else None
+        raise InputError("arguments", found=found, wanted="Demonstrations and a TabularMDP", hint=hint)
     if not demonstrations.is_discrete or np.ndim(demonstrations.actions) != 1:
         hint = "to_cells makes cells of positions"
         raise InputError("demonstrations", found="real numbers", wanted="states and actions (N,) integers", hint=hint)
