@@ -99,12 +99,16 @@ class Summary:
         return told + [f"warning: {warning}" for warning in self.warnings]
 
 
+def _places(data: Recording | Demonstrations) -> Any:
+    """(N, d) positions or coordinates; (N,) states that lie nowhere."""
+    if isinstance(data, Recording):
+        return data.positions
+    return data.states if data.coordinates is None else data.places
+
+
 def summarise(data: Recording | Demonstrations) -> Summary:
     """Counts, rates, ranges, speeds and warnings of a Recording or Demonstrations."""
-    if isinstance(data, Recording):
-        places = data.positions
-    else:
-        places = data.states if data.coordinates is None else data.places
+    places = _places(data)
     table = np.asarray(places, dtype=np.float64).reshape(len(places), -1)
     later = np.ones(len(table), bool)
     later[data.offset[:-1]] = False
