@@ -191,8 +191,11 @@ def test_demonstrations_with_ends_of_their_own() -> None:
     assert found.times.tolist() == [0, 1, 1.5]
     assert found.truncated.tolist() == [True]
     assert found.source.notes["trajectories of one sample dropped"] == 1
-    alone = Demonstrations([[0.5, 0.5]], [[1, 1]], np.array([0, 1]), times=[3.0], final_states=[[2.5, 0.5]])
-    assert to_cells(alone, OPEN, discount=0.9)[1].times.tolist() == [3, 3]
+    alone = Demonstrations(
+        [[0.5, 0.5], [0.5, 0.5]], np.zeros((2, 2)), np.array([0, 1, 2]), times=[3.0, 9.0],
+        final_states=[[2.5, 0.5], [0.5, 2.5]],
+    )  # fmt: skip
+    assert to_cells(alone, OPEN, discount=0.9)[1].times.tolist() == [3, 3, 9, 9]
     with pytest.raises(InputError, match=r"the end of trajectory 'T0': found \(9, 9\), which is off the map"):
         to_cells(Demonstrations([[0.5, 0.5]], [[1, 1]], np.array([0, 1]), final_states=[[9, 9]]), OPEN, discount=0.9)
     timeless = Demonstrations([[0.5, 0.5], [1.5, 0.5]], np.zeros((2, 2)), np.array([0, 2]))
