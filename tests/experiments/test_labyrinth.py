@@ -97,6 +97,7 @@ def test_markov_chains_count_actions_by_node_and_by_the_node_before() -> None:
     np.testing.assert_allclose(first[3], np.full(3, 1 / 3), atol=1e-15)
     assert first[4].tolist() == [0, 0, 1]
     second = markov(learned, asked, 2, 0.5)
+    np.testing.assert_allclose(second[0], np.array([2.5, 0.5, 0.5]) / 3.5, atol=1e-15)
     np.testing.assert_allclose(second[1], np.array([2.5, 0.5, 0.5]) / 3.5, atol=1e-15)
     np.testing.assert_allclose(second[2], np.full(3, 1 / 3), atol=1e-15)  # nobody came to 1 from home
     assert decisions(asked).tolist() == [True, True, True, True, False]
