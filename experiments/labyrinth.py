@@ -45,7 +45,7 @@ from subgoal.runtime.checks import Floats
 SESSION, OTHERS = "D9a", ("A1b", "D9b")
 CONVENTION: Convention = "absorbing"
 GAMMAS, ALPHAS = (0.5, 0.6, 0.7, 0.8, 0.9), (3.0, 10.0, 30.0, 100.0)
-"""Below γ = 0.5 a goal four corridors away would be worth less than 6 % of one at hand."""
+"""Below γ = 0.5 a goal four corridors away would be worth less than 6 % of one at hand. D9a prefers that edge."""
 SMOOTHINGS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 FOLDS = 5
 LONG: dict[str, Any] = {"draws": 2000, "warmup": 2000, "thin": 25}

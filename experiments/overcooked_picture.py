@@ -28,8 +28,8 @@ def picture(kitchens: dict[str, tuple[TextMap, Any]], headline: Headline) -> Fig
         games = sides[0].seen.demonstrations.n_trajectories
         left.set_title(f"{layout}: {games} games of two cooks, a room each")
     told = (
-        "tiles: precision {precision:.2f}, recall {recall:.2f}\nassignment of each step (adjusted Rand index):"
-        " {assignment_ari:.2f}, {assignment_ari_identified:.2f} where it can be told"
+        "tiles: precision {precision:.2f}, recall {recall:.2f}\n"
+        "steps: adjusted Rand {assignment_ari:.2f} ({assignment_ari_identified:.2f} where it can be told)"
     )
     figure.suptitle("Which tiles the cooks are after, learned from their steps alone", x=0.01, ha="left")
     axes[0][1].set_title(told.format(**headline), fontsize=9.5)
@@ -55,7 +55,7 @@ def _draw_map(axis: Axes, drawn: TextMap, sides: Any) -> None:
             if side.shares[g] >= LISTED_FROM:
                 axis.scatter(x + shift, y + 0.02, s=1300 * side.shares[g], color=FOUND, alpha=0.85, lw=0, zorder=3)
             if side.shares[g] >= LEAST_SHARE:
-                axis.annotate(f"{side.shares[g]:.0%}", (x + shift, y + 0.34), ha="center", va="center", fontsize=8,
+                axis.annotate(f"{side.shares[g]:.0%}", (x + shift, y + 0.34), ha="center", va="center", fontsize=7.5,
                               color=FOUND, weight="bold", zorder=6)  # fmt: skip
     axis.set(xlim=(-0.6, width - 0.4), ylim=(height - 0.4, -0.6), aspect="equal")
     axis.set_axis_off()
@@ -74,7 +74,7 @@ def _shift(side: Any, sides: Any, g: int) -> float:
     if not others:
         return 0.0
     own = np.mean([x for x, _ in side.room.cells])
-    return 0.23 if own > place[0] else -0.23
+    return 0.245 if own > place[0] else -0.245
 
 
 def _draw_visits(axis: Axes, side: Any) -> None:
