@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.common import Headline, Options, run, sheet
-from experiments.grid_pictures import draw_counts, draw_losses, draw_map, draw_pairs, draw_subgoals
+from experiments.common import Headline, Options, run
+from experiments.grid_pictures import study_picture
 from experiments.grid_study import Run, Setting, study, true_cells
 from experiments.grid_worlds import demonstrate, held_out_loss, loss_by_sweep, posterior_of, table
 from subgoal.answers.scores import top_candidates
 from subgoal.candidates import feature_subgoals
 from subgoal.mdp.grids.features import feature_groups, manhattan
-from subgoal.runtime.checks import Floats
 
 SETTING = Setting((10, 1), ((19, 9), (10, 17), (2, 9), (10, 1)), loops=5)
 STATES, FEATURES = "BNIRL, state subgoals", "BNIRL, feature subgoals"
@@ -40,7 +39,8 @@ def experiment(options: Options) -> tuple[Headline, Figure]:
         "feature_vectors": float(np.mean([outcome["vectors"] for outcome in outcomes])),
         "free_cells": float(np.mean([each.grid.n_states for each in runs])),
     }
-    return headline, picture(runs[0], {STATES: losses, FEATURES: feature_losses}, headline)
+    both = {STATES: losses, FEATURES: feature_losses}
+    return headline, study_picture(runs[0], SETTING, both, headline, seen="five rounds of a loop", number="four")
 
 
 def with_features(each: Run, seed: int) -> dict[str, Any]:
@@ -57,23 +57,6 @@ def with_features(each: Run, seed: int) -> dict[str, Any]:
         "found": found == true, "vectors": len(groups.vectors), "losses": loss_by_sweep(likelihood, seed),
         "held_out": held_out_loss(posterior, fresh.demonstrations),
     }  # fmt: skip
-
-
-def picture(example: Run, losses: dict[str, Floats], headline: Headline) -> Figure:
-    """Observed pairs, loss against sweep, and what was found."""
-    figure = sheet(10.5, 8.8)
-    top_left, top_right, bottom_left, bottom_right = figure.subplots(2, 2).ravel()
-    draw_map(top_left, example.grid)
-    draw_pairs(top_left, example.grid, example.shown.demonstrations)
-    top_left.set_title("What was seen: five rounds of a loop")
-    draw_losses(top_right, losses, headline["sweeps_to_minimum_loss"])
-    top_right.set_title("Actions that the sampled subgoals do not explain")
-    draw_map(bottom_left, example.grid)
-    draw_subgoals(bottom_left, example.grid, example.posterior, np.array(true_cells(example, SETTING.subgoals)))
-    bottom_left.set_title("What was found: subgoals with their share (stars: the truth)")
-    draw_counts(bottom_right, headline)
-    bottom_right.set_title("In how many runs all four were found")
-    return figure
 
 
 if __name__ == "__main__":

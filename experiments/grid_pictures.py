@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from experiments.common import GREY, INK, PALETTE, Headline
+from experiments.common import GREY, INK, PALETTE, Headline, sheet
+from experiments.grid_study import Run, Setting, true_cells
 from subgoal.answers.scores import top_candidates
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.mdp.grids.grid import GridWorld
@@ -17,6 +19,25 @@ from subgoal.runtime.checks import Floats, Ints
 
 WALL = "#444444"
 LEAST_SHARE = 0.02
+
+
+def study_picture(
+    example: Run, setting: Setting, losses: dict[str, Floats], headline: Headline, *, seen: str, number: str
+) -> Figure:
+    """What was seen in one run, loss against sweep over all runs, what was found, and how often all of it was."""
+    figure = sheet(10.5, 8.8)
+    top_left, top_right, bottom_left, bottom_right = figure.subplots(2, 2).ravel()
+    draw_map(top_left, example.grid)
+    draw_pairs(top_left, example.grid, example.shown.demonstrations)
+    top_left.set_title(f"What was seen: {seen}")
+    draw_losses(top_right, losses, headline["sweeps_to_minimum_loss"])
+    top_right.set_title("Actions that the sampled subgoals do not explain")
+    draw_map(bottom_left, example.grid)
+    draw_subgoals(bottom_left, example.grid, example.posterior, np.array(true_cells(example, setting.subgoals)))
+    bottom_left.set_title("What was found: subgoals with their share (stars: the truth)")
+    draw_counts(bottom_right, headline)
+    bottom_right.set_title(f"In how many runs all {number} were found")
+    return figure
 
 
 def draw_map(axis: Axes, grid: GridWorld) -> None:
