@@ -17,6 +17,7 @@ from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.bnirl import bnirl
 from subgoal.posterior.sample import sample
 from subgoal.runtime.errors import InputError
+from subgoal.runtime.progress import Silent
 from tests.mdp.small_worlds import corridor
 from tests.oracles.subgoal_planning import subgoal_values
 
@@ -96,3 +97,26 @@ def test_arguments_in_the_wrong_place_are_told() -> None:
             bnirl(*given)
     with pytest.raises(InputError, match="candidates: found list"):
         bnirl(demos, grid.mdp, candidates=[1, 2])
+
+
+class Told(Silent):
+    """Keeps what it was told."""
+
+    def __init__(self) -> None:
+        self.steps: list[tuple[int, int]] = []
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        self.steps.append((done, total))
+
+
+def test_planning_and_sampling_tell_how_far_they_are() -> None:
+    grid, planning, sampling = world(0), Told(), Told()
+    shown = demonstrate(grid, SETTING.start, SETTING.subgoals, seed=0)
+    posterior = bnirl(
+        shown.demonstrations, grid.mdp, planning_progress=planning, progress=sampling, draws=20, warmup=20, thin=1
+    )
+    g_count = posterior.candidates.n_candidates
+    assert g_count > 20
+    assert planning.steps[-1] == (g_count, g_count)
+    assert len(planning.steps) > 1
+    assert sampling.steps[-1] == (4 * 40, 4 * 40)

@@ -11,6 +11,7 @@ from subgoal.mdp.planners.first_passage import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import sample
+from subgoal.runtime.progress import Progress
 
 
 def bnirl(
@@ -21,6 +22,7 @@ def bnirl(
     confidence: float = DEFAULT_CONFIDENCE,
     concentration: float = 1.0,
     convention: Convention = "continuing",
+    planning_progress: Progress | None = None,
     **sampling: Any,
 ) -> Posterior:
     """Bayesian nonparametric inverse reinforcement learning, thesis Algorithm 4 with its errors mended.
@@ -41,6 +43,8 @@ def bnirl(
         η of the Chinese restaurant process (2.8).
     convention:
         Whether a goal is rewarded at every visit or ends the episode; see ``planned_actions``.
+    planning_progress:
+        Told how many candidates have been planned for; ``progress`` among the other settings is told of the sweeps.
     sampling:
         Settings of ``sample``: sampler, chains, draws, warmup, thin, seed, workers, checkpoint and so on.
 
@@ -51,6 +55,7 @@ def bnirl(
     checked_pairs(demonstrations, mdp)
     candidates = visited(demonstrations) if candidates is None else candidates
     likelihood = planned_actions(
-        demonstrations, candidates, mdp, confidence=confidence, convention=convention, workers=sampling.get("workers")
-    )
+        demonstrations, candidates, mdp, confidence=confidence, convention=convention,
+        workers=sampling.get("workers"), progress=planning_progress,
+    )  # fmt: skip
     return sample(likelihood, concentration=concentration, **sampling)
