@@ -37,7 +37,7 @@ from subgoal.answers.scores import bits_per_decision, zero_one_loss
 from subgoal.answers.subgoals import subgoals
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.bnirl import bnirl
-from subgoal.mdp.planners.first_passage import Convention
+from subgoal.mdp.planners.subgoal_plan import Convention
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.checks import Floats

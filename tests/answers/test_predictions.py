@@ -129,10 +129,11 @@ def test_blocks_change_nothing(posterior: Posterior, monkeypatch: pytest.MonkeyP
 
 
 def test_one_trajectory_is_predicted_from_its_other_observations(world: TabularMDP) -> None:
-    demos = Demonstrations(np.array([0, 1, 2, 9, 8, 7]), np.array([1, 1, 1, 0, 0, 0]), np.array([0, 6]))
+    lie = {"coordinates": np.arange(WIDTH, dtype=float)[:, None]}
+    demos = Demonstrations(np.array([0, 1, 2, 9, 8, 7]), np.array([1, 1, 1, 0, 0, 0]), np.array([0, 6]), **lie)
     made = bnirl(demos, world, candidates=Candidates.from_states([4, 5]), confidence=5.0, draws=50, warmup=50)
     assert 0.5 <= best_bandwidth(made) <= 9
-    still = Demonstrations.from_arrays(np.array([3, 3]), np.array([1, 1]))
+    still = Demonstrations.from_arrays(np.array([3, 3]), np.array([1, 1]), **lie)
     assert best_bandwidth(bnirl(still, world, draws=5, warmup=0)) == 1.0
 
 
@@ -165,9 +166,28 @@ def test_rules_that_know_the_place_or_the_past_predict_better(posterior: Posteri
     assert bits["literal"] < bits["mixture"] < bits["waypoints"] < 0
 
 
+def test_waypoints_that_share_a_state_are_passed_without_end(world: TabularMDP) -> None:
+    demos = Demonstrations(np.array([4, 5, 6, 7]), np.ones(4, int), np.array([0, 4]))
+    candidates = Candidates.from_states([[6, 7], [6, 1]])
+    made = bnirl(demos, world, candidates=candidates, confidence=0.01, draws=100, warmup=10)
+    assert waypoints(made).size == 2
+    np.testing.assert_allclose(predict_waypoints(made, demos, cyclic=True).sum(axis=1), 1)
+
+
+def test_nothing_is_near_where_states_lie_nowhere(world: TabularMDP) -> None:
+    made = bnirl(Demonstrations.from_arrays(np.array([1, 2]), np.array([1, 1])), world, draws=5, warmup=0)
+    for call in (lambda: predict_nearby(made, [1], bandwidth=1.0), lambda: best_bandwidth(made)):
+        with pytest.raises(InputError, match="coordinates"):
+            call()
+
+
 def test_bad_input(posterior: Posterior) -> None:
     with pytest.raises(InputError, match="found 12"):
         predict_mixture(posterior, [12])
+    for states in ([[0, 1], [2, 3]], np.empty(0, int)):
+        for predict in (predict_mixture, predict_literal, predict_nearby):
+            with pytest.raises(InputError, match=r"states: found shape"):
+                predict(posterior, states)
     with pytest.raises(InputError, match="bandwidth"):
         predict_nearby(posterior, [1], bandwidth=0)
     with pytest.raises(InputError, match="dwell"):

@@ -58,7 +58,17 @@ def test_a_constant_reward_scores_one_minus_one_over_actions() -> None:
         (lambda: bits_per_decision([[0.5, 0.5]], [0.0]), "actions"),
         (lambda: bits_per_decision([[0.5, np.nan]], [0]), "finite"),
         (lambda: bits_per_decision([[0.5, 0.5]], [0], counted=[False]), "no decision"),
-        (lambda: policy_loss([[True, False]], [0, 1]), "optimal"),
+        (lambda: policy_loss([[True, False]], [0, 1]), "actions"),
+        (lambda: policy_loss([[True, False]], [2]), "actions at observation 0: found 2"),
+        (lambda: policy_loss([[0.5, 0.5]], [0]), "optimal: found float64"),
+        (lambda: bits_per_decision([[0.5, 0.5]] * 3, [0, 1, 0], counted=np.array([2])), "counted: found int64"),
+        (lambda: bits_per_decision([[0.5, 0.5]] * 3, [0, 1, 0], counted=[True]), "counted"),
+        (lambda: adjusted_rand([[1, 2], [3, 4]], [1, 2, 3, 4]), "labels"),
+        (
+            lambda: expected_value_difference(corridor(3, 0.9), np.ones(3), np.zeros(3, int), start=np.full(3, -3.0)),
+            "start",
+        ),
+        (lambda: expected_value_difference(corridor(3, 0.9), np.ones(3), np.zeros(3, int), start=[1.0]), "start"),
         (lambda: policy_loss([[False, False]], [0]), "best action"),
         (lambda: policy_loss([[True, False]], [0], ties="last"), "ties"),
         (lambda: recovery([[0.0, 0.0]], [[0.0]]), "dimensions"),
@@ -118,8 +128,18 @@ def test_loss_of_an_assignment() -> None:
     assert assignment_loss(table, [4, 0, 0, 0]) == 1.5
     assert assignment_loss(table, [0, 0, 4, 4]) == 4
     assert assignment_loss(table, [4, 4, 0, 0], ties="first") == 1
+    for labels in (np.full(4, -1), [0, 0, 0, 5], [0, 0], 0, [0.0] * 4):
+        with pytest.raises(InputError, match="assignment"):
+            assignment_loss(table, labels)
     with pytest.raises(InputError, match="planned actions"):
         assignment_loss(LogLikelihood.from_table(np.zeros((2, 2))), [0, 0])
+
+
+def test_a_perfect_demonstrator_far_from_the_goal_loses_nothing() -> None:
+    mdp = corridor(60, 0.5)
+    demos = Demonstrations.from_arrays(np.arange(1, 60), np.zeros(59, int))
+    table = planned_actions(demos, Candidates.from_states([0]), mdp)
+    assert assignment_loss(table, np.zeros(59, int)) == 0
 
 
 def test_what_two_candidates_explain_equally_well_is_not_identified() -> None:
@@ -131,6 +151,9 @@ def test_what_two_candidates_explain_equally_well_is_not_identified() -> None:
     equal = LogLikelihood.from_table(np.array([[0.0, 0.0], [0.0, -1.0]]))
     np.testing.assert_array_equal(identified(equal, [0, 0], [1, 1]), [False, True])
     np.testing.assert_array_equal(identified(equal, [0, 0], [0, 0]), [True, True])
+    for labels, within in ((np.full(2, -1), 0.1), ([0, 2], 0.1), ([0, 0], float("nan"))):
+        with pytest.raises(InputError, match=r"true|within"):
+            identified(equal, labels, [0, 0], within=within)
 
 
 def test_expected_value_difference() -> None:

@@ -90,7 +90,7 @@ def test_the_confidence_of_the_table_is_that_of_the_softmax() -> None:
 def test_arguments_in_the_wrong_place_are_told() -> None:
     demos, grid = Demonstrations.from_arrays(STATES, ACTIONS), world(0)
     for given, match in (
-        ((grid.mdp, demos), "TabularMDP and Demonstrations"),
+        ((grid.mdp, demos), "demonstrations: found TabularMDP"),
         ((demos, grid), r"GridWorld.*Try: world\.mdp"),
     ):
         with pytest.raises(InputError, match=match):

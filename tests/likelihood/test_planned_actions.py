@@ -132,7 +132,7 @@ def test_other_bad_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
     demos = walks(mdp, 0)
     with pytest.raises(InputError, match="places in space"):
         planned_actions(demos, Candidates(np.arange(3.0)), mdp)
-    with pytest.raises(InputError, match="TabularMDP and Demonstrations, wanted Demonstrations and a TabularMDP"):
+    with pytest.raises(InputError, match="found TabularMDP, wanted Demonstrations, then the world"):
         planned_actions(mdp, Candidates.from_states([0]), demos)
     with pytest.raises(InputError, match="goal 1 at index 0: found 4"):
         planned_actions(demos, Candidates.from_states([0, 4]), mdp)

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from subgoal.candidates import every_state
+from subgoal.mdp.grids.grid import GridWorld
+from subgoal.mdp.planners.first_passage import plan_subgoals
+from subgoal.mdp.planners.iteration import value_iteration
+from subgoal.mdp.simulation import simulate
 from subgoal.mdp.tabular import TabularMDP, check_states
+from subgoal.options.tabular import goal_option
 from subgoal.runtime.errors import InputError
 from tests.oracles.subgoal_planning import random_world
 
@@ -112,6 +118,16 @@ def test_endings() -> None:
     loop[0, 0, 0] = loop[1, 0, 2] = 1
     with pytest.raises(InputError, match="from state 0"):
         TabularMDP.from_dense(loop, 1.0)
+
+
+def test_a_grid_world_is_not_its_process() -> None:
+    grid = GridWorld(np.ones((2, 3), bool), 0.9)
+    for call in (
+        lambda: plan_subgoals(grid, [0]), lambda: value_iteration(grid, np.ones(6)), lambda: goal_option(grid, 0),
+        lambda: simulate(grid, np.zeros(6, int), steps=1, start=0), lambda: every_state(grid),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=r"mdp: found GridWorld.*Try: world\.mdp"):
+            call()
 
 
 def test_trailing_empty_rows_do_not_hide_a_wrong_sum() -> None:

@@ -44,6 +44,25 @@ def test_the_policy_is_uniform_over_ties_and_where_the_goal_is_out_of_reach() ->
     np.testing.assert_allclose(made.policy[3:], 1 / 3)
 
 
+@pytest.mark.parametrize(("length", "discount"), [(60, 0.5), (500, 0.95)])
+def test_an_option_knows_the_way_far_from_its_goal(length: int, discount: float) -> None:
+    """There the values of all actions are within the tolerance of a plan of each other."""
+    mdp = corridor(length, discount)
+    made = goal_option(mdp, 0)
+    assert made.initiation.all()
+    np.testing.assert_array_equal(made.policy[1:].argmax(axis=1), 0)
+    np.testing.assert_array_equal(made.policy[1:].max(axis=1), 1)
+    done = execute(made, mdp, start=length - 1, steps=length)
+    assert not done.truncated[0]
+    assert done.n_observations == length - 1
+
+
+def test_where_the_discount_leaves_nothing_an_option_does_not_begin() -> None:
+    made = goal_option(corridor(1_200, 0.5), 0)
+    assert made.initiation[:1_000].all()
+    assert not made.initiation[1_100:].any()
+
+
 def test_a_learned_subgoal_becomes_an_option() -> None:
     mdp = corridor(12, 0.9)
     posterior = subgoal.bnirl(there_and_back(), mdp, confidence=10.0, draws=100, warmup=50)
@@ -82,6 +101,10 @@ def test_bad_input() -> None:
             execute(made, mdp, start=start, steps=5)
     with pytest.raises(InputError, match="goal 0"):
         goal_option(mdp, 9)
+    with pytest.raises(InputError, match="option: found 5 states, wanted 7"):
+        execute(made, corridor(7, 0.9), start=0, steps=3)
+    with pytest.raises(InputError, match=r"start: found shape \(2,\)"):
+        execute(made, mdp, start=[0, 1], steps=3, trajectories=3)
     with pytest.raises(InputError, match="initiation"):
         Option("x", np.ones(3, bool), np.ones((4, 2)), np.ones(4, bool))
     posterior = subgoal.bnirl(there_and_back(), corridor(12, 0.9), draws=5, warmup=0)
@@ -89,7 +112,7 @@ def test_bad_input() -> None:
         with pytest.raises(InputError, match=match):
             option(posterior, **keywords)
     other = subgoal.sample(subgoal.LogLikelihood.from_table(np.zeros((2, 2))), draws=5, warmup=0)
-    with pytest.raises(InputError, match="planned actions"):
+    with pytest.raises(InputError, match="planned_actions"):
         option(other, 0)
     assert repr(made) == "Option('goal': begins in 5 states, ends in 1 of 5)"
     table = np.zeros((3, 1, 3))

@@ -2,7 +2,7 @@
 
 ``value`` (S, L) holds L goals contiguously, so that one read of a transition row serves all of them. The rows are
 compressed once for all goals: self-transitions are summed out exactly (v = Σ c·v' with c = γp/(1 − γp_self)) and what
-cannot be done is left out. ``value`` and ``dirty`` are written; nothing else.
+cannot be done is left out. ``value`` and ``dirty`` are written, and what is called room or out.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from numba import njit
 
 BLOCK = 1024
 """States that are swept together before going on to those further away."""
+RELATIVE = 1e-13
+"""Share of a value below which a change of it is rounding."""
 REPEATS = 20
 """Sweeps over a block, at most, before going on."""
 
@@ -190,13 +192,14 @@ def redo_goals(s, mark, member, pinned, state_edge, row_edge, to, weight, gain, 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def take_over(best, old):
-    """Write ``best`` into ``old`` (L,); returns Σ|best − old| over the lanes."""
-    total = 0.0
+    """Write ``best`` into ``old`` (L,); returns Σ|best − old| and Σ best over the lanes."""
+    moved, size = 0.0, 0.0
     for j in range(best.size):
-        total += abs(best[j] - old[j])
+        moved += abs(best[j] - old[j])
+        size += best[j]
     for j in range(best.size):
         old[j] = best[j]
-    return total
+    return moved, size
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -211,13 +214,13 @@ def largest_gap(best, old):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sweep(
-    order, everything, threshold, state_edge, row_edge, to, weight, gain, edge, before, mark, member, pinned, value,
-    dirty, work, best,
+    order, everything, relative, threshold, state_edge, row_edge, to, weight, gain, edge, before, mark, member, pinned,
+    value, dirty, work, best,
 ):  # fmt: skip
     """Back up the dirty states in order (all of them if ``everything``); returns how many and the largest change.
 
-    A state that moves by more than ``threshold`` (summed over the lanes) makes its predecessors dirty; one that comes
-    later in the order is backed up in the same sweep.
+    A state that moves by more than ``threshold`` (summed over the lanes; as a share of its value if ``relative``) makes
+    its predecessors dirty; one that comes later in the order is backed up in the same sweep.
     """
     backups, largest = 0, 0.0
     for s in order:
@@ -230,7 +233,8 @@ def sweep(
             redo_goals(s, mark, member, pinned, state_edge, row_edge, to, weight, gain, value, best)
         if everything:
             largest = max(largest, largest_gap(best, value[s]))
-        if take_over(best, value[s]) > threshold:
+        moved, size = take_over(best, value[s])
+        if moved > threshold * (size if relative else 1.0):
             for k in range(edge[s], edge[s + 1]):
                 dirty[before[k]] = True
     return backups, largest
@@ -238,17 +242,19 @@ def sweep(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def settle(
-    order, target, most_sweeps, state_edge, row_edge, to, weight, gain, edge, before, mark, member, pinned, value
-):
+    order, target, relative, most_sweeps, state_edge, row_edge, to, weight, gain, edge, before, mark, member, pinned,
+    value,
+):  # fmt: skip
     """Sweep until a whole pass moves nothing by more than ``target``; returns its largest change, sweeps, backups.
 
     Between whole passes only dirty states are backed up, a block of them several times while it is in cache: values
     flow outward from the goals, and what is not yet right is not carried further. After each whole pass the threshold
-    for what counts as moved falls.
+    for what counts as moved falls. If ``relative``, that is a share of the value, so that small values far from the
+    goal are settled as well.
     """
     work, best = np.empty(value.shape[1]), np.empty(value.shape[1])
     dirty = np.zeros(value.shape[0], np.bool_)
-    threshold, residual, sweeps, total = target, np.inf, 0, 0
+    threshold, residual, sweeps, total = RELATIVE if relative else target, np.inf, 0, 0
     for s in order:
         if mark[s] >= 0:
             dirty[s] = True
@@ -259,8 +265,8 @@ def settle(
         for begin in range(0, order.size, BLOCK):
             for _ in range(REPEATS):
                 backups, _ = sweep(
-                    order[begin : begin + BLOCK], False, threshold, state_edge, row_edge, to, weight, gain, edge,
-                    before, mark, member, pinned, value, dirty, work, best,
+                    order[begin : begin + BLOCK], False, relative, threshold, state_edge, row_edge, to, weight, gain,
+                    edge, before, mark, member, pinned, value, dirty, work, best,
                 )  # fmt: skip
                 total += backups
                 if backups == 0:
@@ -269,8 +275,8 @@ def settle(
         if total > done:
             continue
         backups, residual = sweep(
-            order, True, 0.1 * threshold, state_edge, row_edge, to, weight, gain, edge, before, mark, member, pinned,
-            value, dirty, work, best,
+            order, True, relative, 0.1 * threshold, state_edge, row_edge, to, weight, gain, edge, before, mark, member,
+            pinned, value, dirty, work, best,
         )  # fmt: skip
         sweeps, total, threshold = sweeps + 1, total + backups, 0.1 * threshold
         if residual <= target:

@@ -8,7 +8,7 @@ import numpy as np
 
 from subgoal.answers.subgoals import LISTED_FROM
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.likelihood.planned_actions import PlannedActions
+from subgoal.likelihood.planned_actions import PlannedActions, refuse_large_plan
 from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.mdp.tabular import check_states
 from subgoal.posterior.posterior import Posterior
@@ -84,7 +84,9 @@ def predict_waypoints(
     for a, b in zip(demonstrations.offset[:-1], demonstrations.offset[1:], strict=True):
         at, stayed = 0, 0
         for i in range(a, b):
-            while there[i, at] and stayed >= dwell and (cyclic or at < sequence.size - 1) and sequence.size > 1:
+            for _ in range(sequence.size - 1):
+                if not there[i, at] or stayed < dwell or (at == sequence.size - 1 and not cyclic):
+                    break
                 at, stayed = (at + 1) % sequence.size, 0
             stayed += int(there[i, at])
             aim[i] = sequence[at]
@@ -108,6 +110,7 @@ def waypoints(posterior: Posterior) -> Ints:
 
 def best_bandwidth(posterior: Posterior) -> float:
     """The bandwidth that ``predict_nearby`` takes when it is given none."""
+    _coordinates(posterior)
     demos = posterior.demonstrations
     places, trajectory = demos.places, demos.trajectory
     tried_on = np.unique(np.linspace(0, len(places) - 1, MOST_TRIED).astype(np.int64))
@@ -133,7 +136,8 @@ def best_bandwidth(posterior: Posterior) -> float:
     return float(tried[int(np.argmax(scores))])
 
 
-def _source(posterior: Posterior) -> PlannedActions:
+def planned_source(posterior: Posterior) -> PlannedActions:
+    """The planned actions that a posterior was sampled from; raises ``InputError`` for any other."""
     source = None if posterior.likelihood is None else posterior.likelihood.source
     if not isinstance(source, PlannedActions):
         raise InputError("posterior", found=f"likelihood {posterior.settings.likelihood!r}",
@@ -144,20 +148,31 @@ def _source(posterior: Posterior) -> PlannedActions:
 
 def _policies(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
     """(U, A, G) π_g(a | s) of the different states, and (M,) the row of each state."""
-    source = _source(posterior)
-    checked = check_states("states", np.atleast_1d(np.asarray(states)), source.mdp.n_states)
-    here, row = np.unique(checked, return_inverse=True)
+    source = planned_source(posterior)
+    here, row = np.unique(_checked(source, states), return_inverse=True)
     over = source.mdp.terminal[here]
     if over.any():
         found = f"terminal state {here[np.argmax(over)]}"
         raise InputError("states", found=found, wanted="states in which an action can be taken")
+    refuse_large_plan(here.size, source.mdp.n_actions, posterior.candidates.n_candidates)
     plan = plan_subgoals(
         source.mdp, posterior.candidates.goal_sets, states=here, convention=source.plan.convention,
-        tolerance=source.plan.tolerance,
+        tolerance=source.plan.tolerance, allow_unconverged=True,
     )  # fmt: skip
-    scaled = posterior.settings.confidence * plan.action_values
-    weight = np.exp(scaled - scaled.max(axis=1, keepdims=True))
-    return np.asarray(weight / weight.sum(axis=1, keepdims=True)), row
+    chances: Floats = plan.action_values
+    chances -= chances.max(axis=1, keepdims=True)
+    chances *= posterior.settings.confidence
+    np.exp(chances, out=chances)
+    chances /= chances.sum(axis=1, keepdims=True)
+    return chances, row
+
+
+def _checked(source: PlannedActions, states: Any) -> Ints:
+    """(M,) existing states; one number is one state."""
+    checked = np.atleast_1d(check_states("states", states, source.mdp.n_states))
+    if checked.ndim != 1 or not checked.size:
+        raise InputError("states", found=f"shape {checked.shape}", wanted="(M,), one at least")
+    return checked
 
 
 def _weights(posterior: Posterior) -> Floats:
@@ -186,6 +201,14 @@ def _distances(first: Floats, second: Floats) -> Floats:
 
 def _places(posterior: Posterior, states: Any) -> Floats:
     """(M, d) where states lie, as in the demonstrations."""
-    checked = check_states("states", np.atleast_1d(np.asarray(states)), _source(posterior).mdp.n_states)
+    checked = _checked(planned_source(posterior), states)
+    return np.asarray(_coordinates(posterior)[checked])
+
+
+def _coordinates(posterior: Posterior) -> Floats:
+    """(S, d) of the demonstrations; without them nothing is near anything."""
     coordinates = posterior.demonstrations.coordinates
-    return np.asarray(checked[:, None], float) if coordinates is None else np.asarray(coordinates[checked])
+    if coordinates is None:
+        raise InputError("demonstrations.coordinates", found="None", wanted="where states lie, to tell what is near",
+                         hint="dataclasses.replace(demonstrations, coordinates=...) before learning")  # fmt: skip
+    return np.asarray(coordinates)

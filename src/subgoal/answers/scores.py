@@ -12,9 +12,8 @@ from scipy.special import comb
 
 from subgoal.likelihood.planned_actions import PlannedActions
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.mdp.planners.policy import greedy_actions
 from subgoal.mdp.planners.policy_iteration import policy_evaluation, policy_iteration
-from subgoal.mdp.tabular import TabularMDP
+from subgoal.mdp.tabular import TabularMDP, check_world
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Bools, Floats, Ints, positive, real_array, whole
 from subgoal.runtime.errors import InputError
@@ -56,10 +55,11 @@ def policy_loss(optimal: Bools, actions: Any, *, ties: str = "uniform") -> float
         a constant reward scores 1 − 1/A for each observation and not 0. "first": the policy takes the best action of
         lowest index.
     """
-    optimal, actions = np.asarray(optimal, bool), np.asarray(actions)
-    if optimal.ndim != 2 or actions.shape != optimal.shape[:1] or not optimal.any(axis=1).all():
-        found = f"shapes {optimal.shape} and {actions.shape}"
-        raise InputError("optimal, actions", found=found, wanted="(N, A) with a best action in every row, and (N,)")
+    optimal = np.asarray(optimal)
+    if optimal.dtype != bool or optimal.ndim != 2 or not optimal.any(axis=1).all():
+        found = f"{optimal.dtype} of shape {optimal.shape}"
+        raise InputError("optimal", found=found, wanted="booleans (N, A) with a best action in every row")
+    actions = _whole_numbers("actions", actions, len(optimal), optimal.shape[1])
     rows = np.arange(actions.size)
     if ties == "uniform":
         return float((1 - optimal[rows, actions] / optimal.sum(axis=1)).sum())
@@ -77,13 +77,12 @@ def assignment_loss(likelihood: LogLikelihood, assignment: Any, *, ties: str = "
     source: Any = likelihood.source
     if not isinstance(source, PlannedActions):
         raise InputError("likelihood", found=source.kind, wanted="planned actions")
-    values = source.plan.action_values[source.rows, :, np.asarray(assignment)]
-    optimal = greedy_actions(values, 2 * source.plan.error_bound)
-    return policy_loss(optimal, source.actions, ties=ties)
+    theta = _labels("assignment", assignment, likelihood)
+    return policy_loss(source.optimal[source.rows, :, theta], source.actions, ties=ties)
 
 
 def top_candidates(posterior: Posterior, count: int) -> Ints:
-    """(count,) the candidates of largest expected share, the largest first."""
+    """The ``count`` candidates of largest expected share (all, if there are fewer), the largest first."""
     order = np.argsort(-posterior.expected_shares, kind="stable")
     return np.asarray(order[: whole("count", count)])
 
@@ -118,9 +117,10 @@ def recovery(found: Any, true: Any, *, radius: float = 0.0) -> Recovery:
 
 def adjusted_rand(first: Any, second: Any) -> float:
     """Adjusted Rand index of two partitions given as labels (N,): 1 is equality, 0 is chance (Hubert & Arabie 1985)."""
-    a, b = (np.unique(np.asarray(labels), return_inverse=True)[1].ravel() for labels in (first, second))
-    if a.size != b.size or not a.size:
-        raise InputError("labels", found=f"{a.size} and {b.size}", wanted="as many of one as of the other, at least 1")
+    shapes = [np.shape(labels) for labels in (first, second)]
+    if shapes[0] != shapes[1] or len(shapes[0]) != 1 or not shapes[0][0]:
+        raise InputError("labels", found=f"shapes {shapes[0]} and {shapes[1]}", wanted="(N,) twice, N at least 1")
+    a, b = (np.unique(np.asarray(labels), return_inverse=True)[1] for labels in (first, second))
     table = np.zeros((a.max() + 1, b.max() + 1))
     np.add.at(table, (a, b), 1)
     together = comb(table, 2).sum()
@@ -137,7 +137,8 @@ def identified(likelihood: LogLikelihood, true: Any, assigned: Any, *, within: f
     pair is left out of scores of assignment (an observation assigned to its true candidate always counts).
     """
     rows = np.arange(likelihood.n_observations)
-    true, assigned = np.asarray(true), np.asarray(assigned)
+    within = positive("within", within, zero=True)
+    true, assigned = (_labels(what, each, likelihood) for what, each in (("true", true), ("assigned", assigned)))
     values = np.empty((2, rows.size))
     for start, tile in likelihood.tiles():
         block = rows[start : start + len(tile)]
@@ -150,27 +151,48 @@ def expected_value_difference(mdp: TabularMDP, reward: Any, policy: Any, *, star
 
     ``policy`` is (S,) actions or (S, A) probabilities; ``start`` defaults to the world's, or to all states alike.
     """
+    check_world(mdp)
     begin = mdp.start if start is None else real_array("start", start, ndim=1)
     begin = np.full(mdp.n_states, 1 / mdp.n_states) if begin is None else begin
+    if begin.shape != (mdp.n_states,) or not ((begin >= 0).all() and abs(begin.sum() - 1) <= 1e-8):
+        found = f"{begin.size} numbers that sum to {begin.sum():.12g}"
+        raise InputError("start", found=found, wanted=f"{mdp.n_states} probabilities that sum to 1")
     best = policy_iteration(mdp, reward).value
     return float(begin @ (best - policy_evaluation(mdp, policy, reward)))
 
 
 def _predicted(probabilities: Any, actions: Any, counted: Any) -> tuple[Floats, Ints, Ints]:
     table = real_array("probabilities", probabilities, ndim=2)
-    taken = np.asarray(actions)
-    if taken.dtype.kind not in "iu" or taken.shape != table.shape[:1] or not taken.size:
-        raise InputError("actions", found=f"{taken.dtype} of shape {taken.shape}", wanted=f"integers ({len(table)},)")
-    outside = (taken < 0) | (taken >= table.shape[1])
-    bad = outside | (np.abs(table.sum(axis=1) - 1) > TIE * 10) | (table < 0).any(axis=1)
+    taken = _whole_numbers("actions", actions, len(table), table.shape[1])
+    bad = (np.abs(table.sum(axis=1) - 1) > TIE * 10) | (table < 0).any(axis=1)
     if bad.any():
         i = int(np.argmax(bad))
-        raise InputError("probabilities", where=f"observation {i}", found=f"row {table[i]}, action {taken[i]}",
-                         wanted="probabilities that sum to 1, and an action among them")  # fmt: skip
-    rows = np.arange(taken.size) if counted is None else np.flatnonzero(np.asarray(counted, bool))
+        raise InputError("probabilities", where=f"observation {i}", found=f"{table[i]}",
+                         wanted="probabilities that sum to 1")  # fmt: skip
+    kept = np.ones(taken.size, bool) if counted is None else np.asarray(counted)
+    if kept.dtype != bool or kept.shape != taken.shape:
+        found = f"{kept.dtype} of shape {kept.shape}"
+        raise InputError("counted", found=found, wanted=f"booleans of shape {taken.shape}")
+    rows = np.flatnonzero(kept)
     if not rows.size:
         raise InputError("counted", found="no decision", wanted="at least one")
     return table, taken, rows
+
+
+def _labels(what: str, labels: Any, likelihood: LogLikelihood) -> Ints:
+    return _whole_numbers(what, labels, likelihood.n_observations, likelihood.n_candidates)
+
+
+def _whole_numbers(what: str, values: Any, count: int, below: int) -> Ints:
+    """``values`` as (count,) integers from 0 to ``below`` − 1; raises ``InputError`` naming the first that is not."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "iu" or array.shape != (count,) or not count:
+        raise InputError(what, found=f"{array.dtype} of shape {array.shape}", wanted=f"integers of shape ({count},)")
+    outside = (array < 0) | (array >= below)
+    if outside.any():
+        i = int(np.argmax(outside))
+        raise InputError(what, where=f"observation {i}", found=int(array[i]), wanted=f"0 to {below - 1}")
+    return array.astype(np.int64)
 
 
 def _points(what: str, places: Any) -> Floats:

@@ -10,7 +10,7 @@ from subgoal.candidates.places import visited_places
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.mdp.tabular import TabularMDP, check_states
+from subgoal.mdp.tabular import TabularMDP, check_states, check_world
 from subgoal.runtime.checks import Ints
 from subgoal.runtime.errors import InputError
 
@@ -42,6 +42,7 @@ def visited_and_successors(demonstrations: Demonstrations, mdp: TabularMDP) -> C
 
 def every_state(mdp: TabularMDP) -> Candidates:
     """All states of the world."""
+    check_world(mdp)
     return Candidates.from_states(np.arange(mdp.n_states), coordinates=mdp.coordinates)
 
 
@@ -69,4 +70,5 @@ def _everywhere(demonstrations: Demonstrations) -> Ints:
 
 
 def _discrete(demonstrations: Demonstrations, mdp: TabularMDP) -> Ints:
+    check_world(mdp)
     return np.unique(check_states("demonstrations.states", _everywhere(demonstrations), mdp.n_states))

@@ -7,7 +7,7 @@ from typing import Any
 from subgoal.candidates import Candidates, visited
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, checked_pairs, planned_actions
-from subgoal.mdp.planners.first_passage import Convention
+from subgoal.mdp.planners.subgoal_plan import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import sample
@@ -22,6 +22,7 @@ def bnirl(
     confidence: float = DEFAULT_CONFIDENCE,
     concentration: float = 1.0,
     convention: Convention = "continuing",
+    tolerance: float | None = None,
     planning_progress: Progress | None = None,
     **sampling: Any,
 ) -> Posterior:
@@ -41,8 +42,9 @@ def bnirl(
         α per unit of the goal's reward; 10 to 30 suits a demonstrator who rarely errs.
     concentration:
         η of the Chinese restaurant process (2.8).
-    convention:
-        Whether a goal is rewarded at every visit or ends the episode; see ``planned_actions``.
+    convention, tolerance:
+        Whether a goal is rewarded at every visit or ends the episode, and the largest error of an action value; see
+        ``planned_actions``.
     planning_progress:
         Told how many candidates have been planned for; ``progress`` among the other settings is told of the sweeps.
     sampling:
@@ -56,6 +58,6 @@ def bnirl(
     candidates = visited(demonstrations) if candidates is None else candidates
     likelihood = planned_actions(
         demonstrations, candidates, mdp, confidence=confidence, convention=convention,
-        workers=sampling.get("workers"), progress=planning_progress,
+        tolerance=tolerance, workers=sampling.get("workers"), progress=planning_progress,
     )  # fmt: skip
     return sample(likelihood, concentration=concentration, **sampling)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ from subgoal._kernels.softmax import softmax_tile
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
-from subgoal.mdp.grids.grid import GridWorld
-from subgoal.mdp.planners.first_passage import Convention, SubgoalPlan, plan_subgoals
-from subgoal.mdp.tabular import TabularMDP, check_states
+from subgoal.mdp.planners.first_passage import plan_subgoals
+from subgoal.mdp.planners.subgoal_plan import Convention, SubgoalPlan
+from subgoal.mdp.tabular import TabularMDP, check_states, check_world
 from subgoal.runtime.checks import Floats, Ints
 from subgoal.runtime.errors import BudgetError, InputError
 from subgoal.runtime.progress import Progress
@@ -36,8 +37,10 @@ class PlannedActions:
         The world they were planned in.
     pair, state_row, action:
         (N,) which different pair each observation is; (P,) row of the plan and action of each pair.
+    goal_sets:
+        The states of each candidate.
     at_goal:
-        (U, G) which states belong to which candidate.
+        (U, G) which observed states belong to which candidate.
     uninformative:
         (N,) observations whose state has one legal action only.
     """
@@ -47,6 +50,7 @@ class PlannedActions:
     pair: Ints
     state_row: Ints
     action: Ints
+    goal_sets: tuple[Ints, ...]
     at_goal: NDArray[np.bool_]
     uninformative: NDArray[np.bool_]
     kind: str = field(default="planned actions", init=False)
@@ -67,6 +71,14 @@ class PlannedActions:
 
     def distance_law(self, confidence: float) -> None:
         """Actions are compared by value, not by distance."""
+
+    @cached_property
+    def optimal(self) -> NDArray[np.bool_]:
+        """(U, A, G) the best actions at the observed states for each candidate, planned for when first asked."""
+        return plan_subgoals(
+            self.mdp, self.goal_sets, states=self.plan.states, convention=self.plan.convention, relative=True,
+            allow_unconverged=True,
+        ).optimal  # fmt: skip
 
     @property
     def rows(self) -> Ints:
@@ -141,9 +153,7 @@ def planned_actions(
         raise InputError("candidates", found=found, wanted="Candidates that are states of the world",
                          hint="subgoal.visited(demonstrations), or Candidates.from_states(states)")  # fmt: skip
     here, row = np.unique(states, return_inverse=True)
-    needed = 8.0 * here.size * (mdp.n_actions + 1) * candidates.n_candidates
-    if needed > LARGEST_PLAN:
-        raise BudgetError("action values", needed=needed, budget=LARGEST_PLAN, hint="fewer candidates")
+    refuse_large_plan(here.size, mdp.n_actions, candidates.n_candidates)
     plan = plan_subgoals(
         mdp, candidates.goal_sets, states=here, convention=convention, tolerance=tolerance, workers=workers,
         progress=progress,
@@ -151,7 +161,9 @@ def planned_actions(
     code, pair = np.unique(row * mdp.n_actions + actions, return_inverse=True)
     at_goal = np.stack([np.isin(here, members) for members in candidates.goal_sets], axis=1)
     single = mdp.available.sum(axis=1)[states] == 1
-    source = PlannedActions(plan, mdp, pair, code // mdp.n_actions, code % mdp.n_actions, at_goal, single)
+    source = PlannedActions(
+        plan, mdp, pair, code // mdp.n_actions, code % mdp.n_actions, candidates.goal_sets, at_goal, single
+    )
     noted = demonstrations.source.noting(
         observations_with_one_legal_action=int(single.sum()),
         pairs_of_observation_and_candidate_out_of_reach=int(plan.unreachable[row].sum()),
@@ -159,12 +171,19 @@ def planned_actions(
     return LogLikelihood(source, confidence, candidates, replace(demonstrations, source=noted), dense_entries)
 
 
+def refuse_large_plan(states: int, actions: int, candidates: int) -> None:
+    """Raise ``BudgetError`` when the action values of so many states and candidates would need more than 4 GiB."""
+    needed = 8.0 * states * (actions + 1) * candidates
+    if needed > LARGEST_PLAN:
+        raise BudgetError("action values", needed=needed, budget=LARGEST_PLAN, hint="fewer candidates, or states")
+
+
 def checked_pairs(demonstrations: Any, mdp: Any) -> tuple[Ints, Ints]:
     """States and actions, each of the world and legal; raises ``InputError`` naming the observation."""
-    if not isinstance(demonstrations, Demonstrations) or not isinstance(mdp, TabularMDP):
-        found = f"{type(demonstrations).__name__} and {type(mdp).__name__}"
-        hint = "world.mdp" if isinstance(mdp, GridWorld) else None
-        raise InputError("arguments", found=found, wanted="Demonstrations and a TabularMDP", hint=hint)
+    if not isinstance(demonstrations, Demonstrations):
+        found = type(demonstrations).__name__
+        raise InputError("demonstrations", found=found, wanted="Demonstrations, then the world")
+    check_world(mdp)
     if not demonstrations.is_discrete or np.ndim(demonstrations.actions) != 1:
         hint = "to_cells makes cells of positions"
         raise InputError("demonstrations", found="real numbers", wanted="states and actions (N,) integers", hint=hint)

@@ -7,7 +7,7 @@ from subgoal.mdp.grids.layouts import random_walls
 from subgoal.mdp.grids.maps import TextMap, print_map, read_map, read_maps
 from subgoal.mdp.grids.occupancy import Occupancy
 from subgoal.mdp.implicit import ImplicitMDP
-from subgoal.mdp.planners.first_passage import SubgoalPlan, plan_subgoals
+from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.mdp.planners.iteration import (
     Plan,
     action_values,
@@ -20,6 +20,7 @@ from subgoal.mdp.planners.iteration import (
 )
 from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
+from subgoal.mdp.planners.subgoal_plan import SubgoalPlan
 from subgoal.mdp.simulation import simulate
 from subgoal.mdp.tabular import TabularMDP
 

@@ -10,7 +10,7 @@ from subgoal._kernels.draws import choose
 from subgoal._kernels.walks import walk
 from subgoal.demonstrations.records import Demonstrations, Source
 from subgoal.mdp.planners.policy import check_policy
-from subgoal.mdp.tabular import TabularMDP, check_states
+from subgoal.mdp.tabular import TabularMDP, check_states, check_world
 from subgoal.runtime.checks import Floats, Ints, real_array, whole
 from subgoal.runtime.errors import InputError
 from subgoal.runtime.seeds import stream
@@ -40,6 +40,7 @@ def simulate(
     InputError
         A policy that takes an action that is not available, a start in a terminal state: each naming the state.
     """
+    check_world(mdp)
     steps, trajectories = whole("steps", steps), whole("trajectories", trajectories)
     table = check_policy(mdp, policy)
     first, chances = _starts(mdp, start, trajectories)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.sparse import csgraph
 
 from subgoal.runtime.checks import Bools, Floats, Ints, frozen, real_array, whole
 from subgoal.runtime.errors import InputError
@@ -201,15 +202,25 @@ class TabularMDP:
 
     def _check_endings(self) -> None:
         """With discount 1 the total reward is only finite if episodes end."""
-        reached = self.terminal.copy()
-        while True:
-            leads = (self.matrix @ reached.astype(float)).reshape(self.available.shape).max(axis=1) > 0
-            if not (leads & ~reached).any():
-                break
-            reached |= leads
+        n_states = self.n_states
+        leads = sparse.coo_array(self.matrix)
+        ends = np.flatnonzero(self.terminal)
+        before = np.concatenate([leads.col, np.full(ends.size, n_states)])
+        after = np.concatenate([leads.row // self.n_actions, ends])
+        backwards = sparse.csr_array((np.ones(before.size), (before, after)), shape=(n_states + 1, n_states + 1))
+        reached = np.zeros(n_states + 1, bool)
+        reached[csgraph.breadth_first_order(backwards, n_states, return_predecessors=False)] = True
+        reached = reached[:-1]
         if not reached.all():
             state = int(np.argmin(reached))
             raise InputError("discount", found=1.0, wanted=f"below 1: no terminal state is reached from state {state}")
+
+
+def check_world(mdp: Any) -> None:
+    """Raise ``InputError`` for anything but a ``TabularMDP``, with a hint for what has one."""
+    if not isinstance(mdp, TabularMDP):
+        hint = "world.mdp" if hasattr(mdp, "mdp") else None
+        raise InputError("mdp", found=type(mdp).__name__, wanted="a TabularMDP", hint=hint)
 
 
 def check_states(what: str, states: Any, n_states: int) -> Ints:

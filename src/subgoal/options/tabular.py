@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from subgoal.answers.predictions import planned_source
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.likelihood.planned_actions import PlannedActions
 from subgoal.mdp.planners.first_passage import plan_subgoals
-from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
+from subgoal.mdp.planners.policy import uniform_policy
 from subgoal.mdp.simulation import simulate
-from subgoal.mdp.tabular import TabularMDP, check_states
+from subgoal.mdp.tabular import TabularMDP, check_states, check_world
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Bools, Floats, frozen, real_array, whole
 from subgoal.runtime.errors import InputError
@@ -27,7 +27,7 @@ class Option:
     name:
         What it is called, such as "subgoal 1".
     initiation:
-        (S,) booleans I_o: states in which it may begin (6.4).
+        (S,) booleans I_o: states in which it may begin (6.4); none for which the goal is beyond all discount.
     policy:
         (S, A) probabilities π_o (6.5); uniform over what is legal where the goal is out of reach.
     termination:
@@ -68,11 +68,7 @@ def option(posterior: Posterior, candidate: int, *, begin: str = "anywhere") -> 
     The policy is optimal for the candidate's reward, uniform over ties (6.5); the option ends in the candidate's states
     (6.6). Raises ``InputError`` for a candidate that does not exist or a posterior without planned actions.
     """
-    likelihood = posterior.likelihood
-    source: Any = None if likelihood is None else likelihood.source
-    if not isinstance(source, PlannedActions):
-        raise InputError("posterior", found=f"likelihood {posterior.settings.likelihood!r}",
-                         wanted="one that was sampled from planned actions")  # fmt: skip
+    source = planned_source(posterior)
     g = whole("candidate", candidate, least=0)
     sets: Any = posterior.candidates.goal_sets
     if g >= len(sets):
@@ -92,11 +88,12 @@ def goal_option(mdp: TabularMDP, goal: Any, *, name: str = "goal") -> Option:
 
     Its policy is optimal for a reward at every visit (4.1), so that it stays at the goal, or near it, when it is held.
     """
+    check_world(mdp)
     members = np.atleast_1d(np.asarray(goal))
     states = np.flatnonzero(~mdp.terminal)
-    plan = plan_subgoals(mdp, [members], states=states)
+    plan = plan_subgoals(mdp, [members], states=states, relative=True)
     policy = np.zeros((mdp.n_states, mdp.n_actions))
-    policy[states] = uniform_policy(greedy_actions(plan.action_values[:, :, 0], 2 * plan.error_bound))
+    policy[states] = uniform_policy(plan.optimal[:, :, 0])
     reached = np.zeros(mdp.n_states, bool)
     reached[states] = ~plan.unreachable[:, 0]
     there = np.zeros(mdp.n_states, bool)
@@ -113,7 +110,14 @@ def execute(
     for each of ``trajectories``. Trajectory k hangs on the seed and on k alone. Raises ``InputError`` for a start
     outside the initiation set or, unless it is held, where the option is over already, naming the state.
     """
-    first = np.broadcast_to(check_states("start", start, mdp.n_states), (whole("trajectories", trajectories),))
+    check_world(mdp)
+    if len(option.policy) != mdp.n_states:
+        raise InputError("option", found=f"{len(option.policy)} states", wanted=f"{mdp.n_states}, as the world")
+    first = check_states("start", start, mdp.n_states)
+    count = whole("trajectories", trajectories)
+    if first.shape not in ((), (count,)):
+        raise InputError("start", found=f"shape {first.shape}", wanted=f"one state or {count}")
+    first = np.broadcast_to(first, (count,))
     ends = mdp.terminal if hold else option.termination | mdp.terminal
     for bad, wanted in (
         (~option.initiation[first], "a state of the initiation set"),

@@ -15,7 +15,7 @@ from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations, Source
 from subgoal.likelihood.action_comparison import action_comparison
 from subgoal.likelihood.planned_actions import planned_actions
-from subgoal.mdp.planners.first_passage import Convention
+from subgoal.mdp.planners.subgoal_plan import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.checksum import checksum_of
 from subgoal.posterior.diagnostics import Diagnostic, Status

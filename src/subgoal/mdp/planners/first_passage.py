@@ -11,20 +11,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from subgoal._kernels import first_passage as loops
 from subgoal.mdp.planners.goals import goal_sets, membership
 from subgoal.mdp.planners.outcome import PlanStatus
-from subgoal.mdp.tabular import TabularMDP, check_states
-from subgoal.runtime.checks import Bools, Floats, Ints, positive, whole
+from subgoal.mdp.planners.subgoal_plan import Convention, SubgoalPlan
+from subgoal.mdp.tabular import TabularMDP, check_states, check_world
+from subgoal.runtime.checks import Floats, Ints, positive, whole
 from subgoal.runtime.errors import InputError, PlanningError
 from subgoal.runtime.executor import run_all
 from subgoal.runtime.progress import Progress, Silent
 
-Convention = Literal["continuing", "absorbing"]
 LANES = 20
 """Goals that are planned side by side, at most; more read a transition row less often."""
 NEAR = loops.BLOCK
@@ -37,50 +37,10 @@ TIGHTENINGS = 6
 SAFETY = 0.5
 """Part of the tolerance that the values away from the goal may use; what is left is for the goal's own."""
 FLOOR = 2e-16
+ROWS = 1024
+"""States whose action values are written at a time."""
 ROUNDING = 2e-15
 """What the backup of a value of one may be wrong by in its last digits."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class SubgoalPlan:
-    """Optimal values for G subgoals, in units of the reward c (only α·c matters, so c is 1).
-
-    Attributes
-    ----------
-    states:
-        (U,) the states whose rows are kept.
-    value:
-        (U, G) V*(s) with subgoal g.
-    action_values:
-        (U, A, G) Q*(s, a) with subgoal g, −inf for illegal actions; None unless ``states`` were asked for.
-    convention:
-        "continuing" or "absorbing".
-    error_bound, tolerance:
-        No value and no action value is further than the first from the exact one; the second was asked for.
-    status:
-        Whether that is within the tolerance.
-    sweeps, backups:
-        Work done: passes over the states (all groups of goals together) and backups of a state in all lanes of a group.
-    """
-
-    states: Ints
-    value: Floats
-    action_values: Any
-    convention: Convention
-    error_bound: float
-    tolerance: float
-    status: PlanStatus
-    sweeps: int
-    backups: int
-
-    def __repr__(self) -> str:
-        n_states, n_goals = self.value.shape
-        return f"SubgoalPlan({n_goals} subgoals from {n_states} states, {self.status.name}, ±{self.error_bound:.1g})"
-
-    @property
-    def unreachable(self) -> Bools:
-        """(U, G) True where the subgoal cannot be reached from the state, whatever is done."""
-        return np.asarray(self.value == 0)
 
 
 class _Compressed(NamedTuple):
@@ -109,6 +69,7 @@ def plan_subgoals(
     states: Any = None,
     convention: Convention = "continuing",
     tolerance: float | None = None,
+    relative: bool = False,
     most_sweeps: int = 100_000,
     workers: int | None = None,
     allow_unconverged: bool = False,
@@ -128,7 +89,11 @@ def plan_subgoals(
         "continuing" (the default, as (2.5) reads): the goal is rewarded at every visit. "absorbing": once, and over;
         its values are those of "continuing" divided by V*(g), hence 1 − γ times them where the goal can be held.
     tolerance:
-        Largest error of a value in units of c; default 1e-9 of the largest value, 1/(1 − γ) or 1.
+        Largest error of a value in units of c. Default: 1e-9 of the largest value, 1/(1 − γ) or 1, or what rounding
+        allows if that is more, as the status then says.
+    relative:
+        Settle small values to within rounding of themselves too, goal by goal, so that the best action is known far
+        from the goal, where the values of all actions are within the tolerance of each other.
     most_sweeps:
         For each group of goals.
     workers:
@@ -148,23 +113,27 @@ def plan_subgoals(
     PlanningError
         The tolerance was not reached.
     """
+    check_world(mdp)
     if not mdp.discount < 1:
         raise InputError("discount", found=mdp.discount, wanted="below 1, to plan for subgoals that are held")
     if convention not in ("continuing", "absorbing"):
         raise InputError("convention", found=repr(convention), wanted="'continuing' or 'absorbing'")
     sets = goal_sets(goals, mdp.n_states)
     top = 1.0 / (1.0 - mdp.discount) if convention == "continuing" else 1.0
-    tolerance = TOLERANCE * top if tolerance is None else positive("tolerance", tolerance)
+    asked = tolerance is not None
+    tolerance = positive("tolerance", tolerance) if asked else TOLERANCE * top
     kept = None if states is None else np.atleast_1d(check_states("states", states, mdp.n_states))
+    if kept is not None and kept.ndim != 1:
+        raise InputError("states", found=f"shape {kept.shape}", wanted="(U,)")
     n_rows = mdp.n_states if kept is None else kept.size
     value = np.empty((n_rows, len(sets)))
     rows = None if kept is None else np.empty((n_rows, mdp.n_actions, len(sets)))
-    job = _Job(mdp, sets, kept, convention, tolerance, whole("most_sweeps", most_sweeps), value, rows)
+    job = _Job(mdp, sets, kept, convention, tolerance, relative, whole("most_sweeps", most_sweeps), value, rows)
     if workers is None and mdp.n_states * len(sets) < WORTH_THREADS:
         workers = 1
     with progress or Silent() as display:
         solved = run_all(lambda group: job.solve(group, display), [(group,) for group in job.groups], workers=workers)
-    return _collected(job, solved, allow_unconverged)
+    return _collected(job, solved, allow_unconverged, asked)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +145,7 @@ class _Job:
     kept: Ints | None
     convention: Convention
     tolerance: float
+    relative: bool
     most_sweeps: int
     value: Floats
     rows: Any
@@ -189,6 +159,12 @@ class _Job:
         return _Compressed(*rows, *loops.find_predecessors(*rows[:3]))
 
     @cached_property
+    def modulus(self) -> float:
+        """γ, times what the fullest row sums to: the sweeps contract by it."""
+        fullest = max(1.0, float(self.mdp.matrix.sum(axis=1).max()))
+        return min(self.mdp.discount * fullest, 1 - 1e-15)
+
+    @cached_property
     def groups(self) -> list[Ints]:
         """Goals that lie near each other, up to ``LANES`` together; single states and sets apart."""
         single = np.array([len(members) == 1 for members in self.sets])
@@ -197,7 +173,7 @@ class _Job:
             if not kind.size:
                 continue
             places = np.array([self.sets[g][0] for g in kind])
-            label = loops.near_groups(places, self.table.edge, self.table.before, LANES, NEAR)
+            label = loops.near_groups(places, self.table.edge, self.table.before, 1 if self.relative else LANES, NEAR)
             groups += [kind[label == k] for k in range(label.max() + 1)]
         return groups
 
@@ -216,7 +192,7 @@ class _Job:
         sweeps, backups, error = 0, 0, np.inf
         for _ in range(TIGHTENINGS):
             residual, more, work = loops.settle(
-                order, target, self.most_sweeps - sweeps, *table, mark, member, pinned, value
+                order, target, self.relative, self.most_sweeps - sweeps, *table, mark, member, pinned, value
             )
             sweeps, backups = sweeps + more, backups + work
             scale, error = self._scale(sets, value, residual, pinned)
@@ -237,15 +213,15 @@ class _Job:
 
     def _scale(self, sets: list[Ints], value: Floats, residual: float, pinned: bool) -> tuple[Any, float]:
         """(L,) what first-passage values are multiplied with, and the error bound of the product."""
-        discount = self.mdp.discount
-        rounding = ROUNDING / (1 - discount) if not pinned else ROUNDING
-        error = discount * (residual + rounding) / (1 - discount)
+        modulus = self.modulus
+        rounding = ROUNDING / (1 - modulus) if not pinned else ROUNDING
+        error = modulus * (residual + rounding) / (1 - modulus)
         if not pinned or self.convention == "absorbing":
             return 1.0, error
         goals = np.array([members[0] for members in sets])
         lanes = np.arange(goals.size)
-        ahead = np.clip(self._ahead(goals, value).max(axis=1)[lanes, lanes], 0.0, discount)
-        highest = np.minimum(discount, ahead + discount * error)
+        ahead = np.clip(self._ahead(goals, value).max(axis=1)[lanes, lanes], 0.0, modulus)
+        highest = np.minimum(modulus, ahead + modulus * error)
         own, most = 1 / (1 - ahead), 1 / (1 - highest)
         return own, float((error * most + (most - own)).max())
 
@@ -257,28 +233,33 @@ class _Job:
         return out
 
     def _keep(self, group: Ints, sets: list[Ints], value: Floats) -> None:
-        """Write values and action values of the kept states, or all values."""
+        """Write values and action values of the kept states, a block at a time, or all values."""
         if self.kept is None:
             self.value[:, group] = value
             return
-        at = np.stack([np.isin(self.kept, members) for members in sets], axis=1)[:, None]
-        rows = self._ahead(self.kept, value)
-        if self.convention == "absorbing":
-            rows[at & np.isfinite(rows)] = 0.0
-        self.value[:, group] = value[self.kept]
-        self.rows[:, :, group] = rows + at
+        for start in range(0, self.kept.size, ROWS):
+            block = slice(start, start + ROWS)
+            states = self.kept[block]
+            at = np.stack([np.isin(states, members) for members in sets], axis=1)[:, None]
+            rows = self._ahead(states, value)
+            if self.convention == "absorbing":
+                rows[at & np.isfinite(rows)] = 0.0
+            rows += at
+            self.value[block, group] = value[states]
+            self.rows[block, :, group] = rows
 
 
-def _collected(job: _Job, solved: Sequence[_Solved], allow_unconverged: bool) -> SubgoalPlan:
+def _collected(job: _Job, solved: Sequence[_Solved], allow_unconverged: bool, asked: bool) -> SubgoalPlan:
     error = max(each.error for each in solved)
     limited = any(each.limited and not each.error <= job.tolerance for each in solved)
     status = PlanStatus.SOLVED if error <= job.tolerance else PlanStatus.LIMIT if limited else PlanStatus.ROUNDING
-    if status is not PlanStatus.SOLVED and not allow_unconverged:
+    missed = status is PlanStatus.LIMIT or (asked and status is PlanStatus.ROUNDING)
+    if missed and not allow_unconverged:
         bound = f"error bound {error:.3g}, tolerance {job.tolerance:.3g}"
         hint = "or allow_unconverged=True"
         raise PlanningError(f"planning for {len(job.sets)} subgoals: {status.value}, {hint} ({bound})")
     states = np.arange(job.mdp.n_states) if job.kept is None else job.kept
     return SubgoalPlan(
         states, job.value, job.rows, job.convention, error, job.tolerance, status, sum(each.sweeps for each in solved),
-        sum(each.backups for each in solved),
+        sum(each.backups for each in solved), job.relative,
     )  # fmt: skip

@@ -20,12 +20,12 @@ def goal_sets(goals: Any, n_states: int) -> list[Ints]:
             entries = list(goals)
         except TypeError:
             entries = [goals]
+        for g, each in enumerate(entries):
+            if not np.size(each):
+                raise InputError(f"goal {g}", found="no state", wanted="at least one")
         sets = [np.unique(check_states(f"goal {g}", np.atleast_1d(each), n_states)) for g, each in enumerate(entries)]
     if not sets:
         raise InputError("goals", found="none", wanted="at least one")
-    for g, members in enumerate(sets):
-        if not members.size:
-            raise InputError(f"goal {g}", found="no state", wanted="at least one")
     return sets
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from subgoal.mdp.tabular import TabularMDP
+from subgoal.mdp.tabular import TabularMDP, check_world
 from subgoal.runtime.checks import Floats, frozen, real_array
 from subgoal.runtime.errors import InputError
 
@@ -21,6 +21,7 @@ def check_reward(mdp: TabularMDP, reward: Any) -> tuple[Floats, Floats]:
     ``reward`` is R(s) of shape (S,), a terminal state being worth its own; or r(s, a) of shape (S, A), terminal states
     being worth nothing; or None for ``mdp.reward``. Raises ``InputError`` for other shapes, NaN and infinity.
     """
+    check_world(mdp)
     given = mdp.reward if reward is None else reward
     if given is None:
         raise InputError("reward", found="None, and the world has none either", wanted="R(s) or r(s, a)")
