@@ -167,3 +167,20 @@ def test_taxi_has_twins_where_a_passenger_has_arrived() -> None:
     mdp = TabularMDP.from_gymnasium(env, discount=0.99)
     assert mdp.n_states == 504 and np.flatnonzero(mdp.terminal).tolist() == [500, 501, 502, 503]
     assert mdp.start.size == 504 and np.count_nonzero(mdp.start) == 300
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {0: {0: [(1.0, 0, 0.0)]}},
+        {0: {0: [("often", 0, 0.0, False)]}},
+        {0: {0: [(1.0, 0, None, False)]}},
+        {0: {0: [(1.0, [0], 0.0, False)]}},
+        {0: None},
+        [1],
+        7,
+    ],
+)
+def test_tables_of_another_form(table) -> None:
+    with pytest.raises(InputError, match=r"env\.P"):
+        from_gymnasium(SimpleNamespace(P=table), discount=0.9)

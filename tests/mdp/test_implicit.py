@@ -123,3 +123,19 @@ def test_bad_worlds_and_questions() -> None:
     with pytest.raises(InputError, match="n_actions: found 0"):
         ImplicitMDP(step, 0, 0.9)
     assert repr(grid()) == "ImplicitMDP(4 actions, discount 0.9)"
+
+
+def test_what_is_no_list_is_told() -> None:
+    plain = ImplicitMDP(lambda state, action: ((state,), (1.0,)), 1, 0.9)
+    for starts, match in (
+        (0, "starts: found 0, wanted a list"),
+        ([[1]], "starts: found a list, wanted something hash"),
+    ):
+        with pytest.raises(InputError, match=match):
+            plain.tabulate(starts)
+    with pytest.raises(InputError, match="model at state 3, action 0: found 3, wanted a list"):
+        ImplicitMDP(lambda state, action: (state, 1.0), 1, 0.9).row(3, 0)
+    with pytest.raises(InputError, match="available at state 3: found 1"):
+        ImplicitMDP(plain.model, 1, 0.9, available=lambda state: 1).row(3, 0)
+    with pytest.raises(InputError, match=r"available at state 3: found \[1\]"):
+        ImplicitMDP(plain.model, 1, 0.9, available=lambda state: [[1]]).row(3, 0)

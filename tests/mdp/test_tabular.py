@@ -88,6 +88,7 @@ def test_negative_probabilities_and_unknown_successors_name_their_place() -> Non
         ({"available": [[True, True], [True, False]]}, "not available at state 1, action 1"),
         ({"terminal": [False, True]}, "state 1, action 0"),
         ({"terminal": [0, 1]}, "terminal.*booleans"),
+        ({"available": [[True], [True, True]]}, "available: found rows of different lengths"),
         ({"start": [0.5, 0.4]}, "start"),
         ({"start": [1.5, -0.5]}, "start"),
         ({"start": [1.0]}, "start"),
@@ -140,7 +141,7 @@ def test_trailing_empty_rows_do_not_hide_a_wrong_sum() -> None:
 
 def test_states_and_actions_out_of_range() -> None:
     mdp = two_states()
-    for state, action in ((2, 0), (-1, 0), (0, 2), (0, -1)):
+    for state, action in ((2, 0), (-1, 0), (0, 2), (0, -1), (0, None), (0, 1.5)):
         with pytest.raises(InputError, match=r"state|action"):
             mdp.row(state, action)
     with pytest.raises(InputError, match=r"states at index 2: found 9"):

@@ -62,6 +62,16 @@ def from_gymnasium(env: Any, *, discount: float) -> TabularMDP:
 
 def _read(table: Any) -> _Entries:
     """Entries of a chance above zero."""
+    try:
+        return _entries(table)
+    except InputError:
+        raise
+    except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError) as problem:
+        wanted = "state -> action -> list of (probability, next state, reward, terminated)"
+        raise InputError("env.P", found=f"another form ({problem})", wanted=wanted) from None
+
+
+def _entries(table: Any) -> _Entries:
     if set(table) != set(range(len(table))) or not len(table):
         raise InputError("env.P", found=f"{len(table)} states of other numbers", wanted="states numbered from 0")
     found: list[tuple[int, int, float, int, float, bool]] = []

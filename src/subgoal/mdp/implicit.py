@@ -51,12 +51,13 @@ class ImplicitMDP:
         """The legal actions of a state, ascending; none where the episode is over."""
         if self.available is None:
             return tuple(range(self.n_actions))
-        given = set(self.available(state))
+        where = f"state {state!r}"
+        given = _listed("available", self.available(state), where)
         for action in given:
             if not isinstance(action, (int, np.integer)) or not 0 <= action < self.n_actions:
                 wanted = f"actions of 0 to {self.n_actions - 1}"
-                raise InputError("available", where=f"state {state!r}", found=repr(action), wanted=wanted)
-        return tuple(sorted(int(action) for action in given))
+                raise InputError("available", where=where, found=repr(action), wanted=wanted)
+        return tuple(sorted({int(action) for action in given}))
 
     def row(self, state: Hashable, action: int) -> tuple[tuple[Hashable, ...], Floats]:
         """Distinct successors of one action and their probabilities, all above zero.
@@ -70,7 +71,8 @@ class ImplicitMDP:
         told = self.model(state, action)
         if not isinstance(told, tuple) or len(told) != 2:
             raise InputError("model", where=where, found=type(told).__name__, wanted="(successors, probabilities)")
-        successors, chances = list(told[0]), real_array(f"probabilities of {where}", told[1], ndim=1)
+        successors = _listed("model", told[0], where)
+        chances = real_array(f"probabilities of {where}", told[1], ndim=1)
         if len(successors) != chances.size:
             found = f"{len(successors)} successors and {chances.size} probabilities"
             raise InputError("model", where=where, found=found, wanted="one probability for each successor")
@@ -91,7 +93,10 @@ class ImplicitMDP:
         most, number = whole("most_states", most_states), dict[Hashable, int]()
         states: list[Hashable] = []
         row, successor, probability = list[int](), list[int](), list[Floats]()
-        for state in starts:
+        for state in _listed("starts", starts, None):
+            if not isinstance(state, Hashable):
+                wanted = "something hashable, as a tuple of numbers is"
+                raise InputError("starts", found=f"a {type(state).__name__}", wanted=wanted)
             _meet(state, number, states, most)
         if not states:
             raise InputError("starts", found="no state", wanted="at least one")
@@ -108,6 +113,14 @@ class ImplicitMDP:
             n_actions=self.n_actions, discount=self.discount,
         )  # fmt: skip
         return mdp, tuple(states)
+
+
+def _listed(what: str, values: Any, where: str | None) -> list[Any]:
+    """What can be gone through, as a list."""
+    try:
+        return list(values)
+    except TypeError:
+        raise InputError(what, where=where, found=repr(values), wanted="a list") from None
 
 
 def _merged(successors: list[Any], chances: Floats, where: str) -> tuple[tuple[Hashable, ...], Floats]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from subgoal.runtime.checks import Bools, Floats, Ints, frozen, real_array, whole
+from subgoal.runtime.checks import Bools, Floats, Ints, copied, frozen, real_array, whole
 from subgoal.runtime.errors import InputError
 
 ROW_TOLERANCE = 1e-8
@@ -141,14 +141,10 @@ class TabularMDP:
     def row(self, state: int, action: int) -> tuple[Ints, Floats]:
         """Successors and probabilities of one action."""
         check_states("state", state, self.n_states)
-        if not 0 <= action < self.n_actions:
-            raise InputError("action", found=action, wanted=f"0 to {self.n_actions - 1}")
+        if not isinstance(action, (int, np.integer)) or not 0 <= action < self.n_actions:
+            raise InputError("action", found=repr(action), wanted=f"0 to {self.n_actions - 1}")
         entries = slice(self.offset[state * self.n_actions + action], self.offset[state * self.n_actions + action + 1])
         return self.successor[entries].astype(np.int64), self.probability[entries]
-
-    def name(self, action: int) -> str:
-        """The label of an action."""
-        return self.action_names[action]
 
     def _set(self, **values: Any) -> None:
         for name, value in values.items():
@@ -156,7 +152,7 @@ class TabularMDP:
 
     def _check_rows(self) -> None:
         probability = real_array("probability", self.probability, ndim=1)
-        successor = np.asarray(self.successor)
+        successor = copied("successor", self.successor)
         if successor.dtype.kind not in "iu" or successor.shape != probability.shape:
             found = f"{successor.dtype} of shape {successor.shape}"
             raise InputError("successor", found=found, wanted=f"integers of shape {probability.shape}")
@@ -225,7 +221,7 @@ def check_world(mdp: Any) -> None:
 
 def check_states(what: str, states: Any, n_states: int) -> Ints:
     """``states`` as integers, each an existing state; raises ``InputError`` naming the index."""
-    array = np.asarray(states)
+    array = copied(what, states)
     if array.dtype.kind not in "iu":
         raise InputError(what, found=f"{array.dtype} of shape {array.shape}", wanted="integers")
     outside = (array < 0) | (array >= n_states)
@@ -237,14 +233,14 @@ def check_states(what: str, states: Any, n_states: int) -> Ints:
 
 
 def _integers(what: str, value: Any) -> Ints:
-    array = np.asarray(value)
+    array = copied(what, value)
     if array.dtype.kind not in "iu" or array.ndim != 1:
         raise InputError(what, found=f"{array.dtype} of shape {array.shape}", wanted="integers of one dimension")
     return array.astype(np.int64)
 
 
 def _booleans(what: str, value: Any, shape: tuple[int, ...], default: NDArray[np.bool_]) -> Bools:
-    array = np.array(default if value is None else value)
+    array = copied(what, default if value is None else value)
     if array.dtype != bool or array.shape != shape:
         raise InputError(what, found=f"{array.dtype} of shape {array.shape}", wanted=f"booleans of shape {shape}")
     return np.asarray(frozen(array))

@@ -73,10 +73,10 @@ def load(path: str | Path, *, mdp: TabularMDP | None = None, convention: Convent
     header, arrays = read_archive(Path(path), KIND)
     try:
         posterior = _posterior(header, arrays)
-        return posterior if mdp is None else _planned_again(posterior, mdp, convention)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as problem:
         raise StorageError("posterior file", where=str(path), found=f"a missing or wrong field ({problem})",
                            wanted="all fields of a posterior") from None  # fmt: skip
+    return posterior if mdp is None else _planned_again(posterior, mdp, convention)
 
 
 def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Posterior:

@@ -31,6 +31,14 @@ def owned(array: NDArray[Any], given: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
+def copied(what: str, value: Any) -> NDArray[Any]:
+    """A copy of ``value`` as an array of whatever kind. Raises ``InputError`` for rows of different lengths."""
+    try:
+        return np.array(value)
+    except ValueError:
+        raise InputError(what, found="rows of different lengths", wanted="rows of one length") from None
+
+
 def real_array(what: str, value: Any, *, ndim: int | tuple[int, ...], finite: bool = True) -> Floats:
     """``value`` as a C-contiguous read-only float64 array of ``ndim`` dimensions.
 

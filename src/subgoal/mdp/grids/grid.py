@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from subgoal.mdp.tabular import TabularMDP
-from subgoal.runtime.checks import Bools, Floats, Ints, frozen, positive, real_array, whole
+from subgoal.mdp.tabular import TabularMDP, check_discount
+from subgoal.runtime.checks import Bools, Floats, Ints, copied, frozen, real_array, whole
 from subgoal.runtime.errors import InputError
 
 COMPASS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
@@ -68,7 +68,7 @@ class GridWorld:
     coordinates: Any = None
 
     def __post_init__(self) -> None:
-        free = _array("free", self.free)
+        free = copied("free", self.free)
         if free.dtype != bool or free.ndim != 2 or not free.any():
             found = f"{free.dtype} of shape {free.shape}"
             raise InputError("free", found=found, wanted="booleans (height, width), one at least True")
@@ -77,11 +77,9 @@ class GridWorld:
         moves = whole("moves", self.moves)
         if moves not in (4, 8):
             raise InputError("moves", found=moves, wanted="4 or 8")
-        discount = positive("discount", self.discount, zero=True)
-        if not discount <= 1:
-            raise InputError("discount", found=discount, wanted="a number from 0 to 1")
+        discount = check_discount(self.discount)
         self._set(free=frozen(free), moves=moves, discount=discount, slip=_chances(self.slip, moves))
-        ends = _array("terminal", self.terminal)
+        ends = copied("terminal", self.terminal)
         ends = ends if ends.size else np.zeros((0, 2), np.int64)
         self.states(ends)
         self._set(terminal=frozen(ends))
@@ -136,7 +134,7 @@ class GridWorld:
 
     def states(self, cells: Any) -> Ints:
         """(M,) states of cells (M, 2). Raises ``InputError`` for cells outside the map or inside a wall."""
-        array = _array("cells", cells)
+        array = copied("cells", cells)
         if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != 2:
             raise InputError("cells", found=f"{array.dtype} of shape {array.shape}", wanted="integers (M, 2) of (x, y)")
         height, width = self.free.shape
@@ -214,14 +212,6 @@ class GridWorld:
         rows = np.column_stack([chances, stays])
         rows[over] = 0
         return rows
-
-
-def _array(what: str, value: Any) -> Any:
-    """A copy of ``value`` as an array."""
-    try:
-        return np.array(value)
-    except ValueError:
-        raise InputError(what, found="rows of different lengths", wanted="rows of one length") from None
 
 
 def _chances(slip: Any, moves: int) -> tuple[float, ...]:

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from subgoal.demonstrations.readers.files import guarded, plain_file
-from subgoal.runtime.checks import Bools, Ints, frozen
+from subgoal.runtime.checks import Bools, Ints, copied, frozen
 from subgoal.runtime.errors import InputError
 
 WALLS = "#X"
@@ -195,7 +195,7 @@ def _check_kinds(walls: str, blocked: str) -> None:
 
 
 def _checked(free: Any, origin: Any) -> Bools:
-    table = _array("free", free)
+    table = copied("free", free)
     if table.dtype != bool or table.ndim != 2 or not table.size:
         raise InputError("free", found=f"{table.dtype} of shape {table.shape}", wanted="booleans (height, width)")
     if origin not in ("lower", "upper"):
@@ -203,17 +203,9 @@ def _checked(free: Any, origin: Any) -> Bools:
     return np.asarray(frozen(table))
 
 
-def _array(what: str, value: Any) -> Any:
-    """A copy of ``value`` as an array."""
-    try:
-        return np.array(value)
-    except ValueError:
-        raise InputError(what, found="rows of different lengths", wanted="rows of one length") from None
-
-
 def _cells(tile: str, given: Any, free: Bools) -> Ints:
     """``given`` as cells (M, 2) inside the map."""
-    cells = _array("cells", given)
+    cells = copied("cells", given)
     cells = cells if cells.size else np.zeros((0, 2), np.int64)
     if cells.dtype.kind not in "iu" or cells.ndim != 2 or cells.shape[1] != 2:
         found = f"{cells.dtype} of shape {cells.shape}"

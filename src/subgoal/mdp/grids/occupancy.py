@@ -11,7 +11,7 @@ from subgoal.demonstrations.readers.files import guarded, plain_file
 from subgoal.mdp.grids.grid import GridWorld
 from subgoal.mdp.grids.maps import TextMap
 from subgoal.mdp.grids.samples import planar
-from subgoal.runtime.checks import Bools, Floats, Ints, frozen, positive, real_array
+from subgoal.runtime.checks import Bools, Floats, Ints, copied, frozen, positive, real_array
 from subgoal.runtime.errors import BudgetError, InputError, ReadError
 
 MOST_CELLS = 10_000_000
@@ -51,10 +51,7 @@ class Occupancy:
     y_down: bool = False
 
     def __post_init__(self) -> None:
-        try:
-            free = np.array(self.free)
-        except ValueError:
-            raise InputError("free", found="rows of different lengths", wanted="booleans (height, width)") from None
+        free = copied("free", self.free)
         if free.dtype != bool or free.ndim != 2 or not free.any():
             found = f"{free.dtype} of shape {free.shape}"
             raise InputError("free", found=found, wanted="booleans (height, width), one at least True")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from subgoal.mdp.tabular import ROW_TOLERANCE, TabularMDP
-from subgoal.runtime.checks import Bools, Floats, frozen, positive, real_array
+from subgoal.runtime.checks import Bools, Floats, copied, frozen, positive, real_array
 from subgoal.runtime.errors import InputError
 
 
@@ -18,7 +18,7 @@ def check_policy(mdp: TabularMDP, policy: Any) -> NDArray[Any]:
     What a policy says of terminal states is not looked at. Raises ``InputError`` naming the first state whose action
     is not available or whose probabilities are not those of available actions, summing to one within 1e-8.
     """
-    array = np.asarray(policy)
+    array = copied("policy", policy)
     if array.dtype.kind in "iu" and array.shape == (mdp.n_states,):
         return _actions(mdp, array.astype(np.int64))
     if array.shape == (mdp.n_states, mdp.n_actions) and array.dtype.kind in "iuf":
