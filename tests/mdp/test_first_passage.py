@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from subgoal._kernels import first_passage as loops
+from subgoal.mdp.grids.grid import THESIS_SLIP, GridWorld
 from subgoal.mdp.planners.first_passage import LANES, plan_subgoals
 from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.tabular import TabularMDP
@@ -159,6 +160,22 @@ def test_small_values_are_exact_to_rounding_when_asked() -> None:
         assert (plan.optimal[:goal, :, g] == [False, True, False]).all()
     with pytest.raises(InputError, match="relative=True"):
         _ = plan_subgoals(mdp, [3], states=[0]).optimal
+
+
+def test_small_values_satisfy_their_equation_in_a_noisy_maze() -> None:
+    """Up and down between walls, with slip: far values are 1e-40 of near ones and settle in the same proportion."""
+    free = np.ones((15, 15), bool)
+    free[:-1, 1::4] = free[1:, 3::4] = False
+    mdp = GridWorld(free, 0.5, slip=THESIS_SLIP).mdp
+    everywhere = np.arange(mdp.n_states)
+    for plan, exact in (
+        (plan_subgoals(mdp, [0], states=everywhere, relative=True), True),
+        (plan_subgoals(mdp, [0], states=everywhere), False),
+    ):
+        value = plan.value[1:, 0]
+        off = np.abs(plan.action_values[1:, :, 0].max(axis=1) - value)
+        assert value.min() < 1e-30
+        assert (off <= 1e-9 * value).all() == exact
 
 
 def test_a_discount_near_one_is_solved() -> None:

@@ -38,7 +38,7 @@ WORLDS = [
         "self.value[block, np.sort(group)[::-1]] = value[states]",
         "mdp/test_first_passage.py::test_values_do_not_depend_on_workers_or_on_what_else_is_asked"),
     Bug("small values are left as they are", PASSAGE, "(size if relative else 1.0)", "1.0",
-        "mdp/test_first_passage.py::test_small_values_are_exact_to_rounding_when_asked"),
+        "mdp/test_first_passage.py::test_small_values_satisfy_their_equation_in_a_noisy_maze"),
     Bug("rows that sum to more than one are forgotten", PLAN, "self.mdp.discount * fullest", "self.mdp.discount",
         "mdp/test_first_passage.py::test_rows_that_sum_to_a_little_more_than_one_are_in_the_error_bound"),
     Bug("slip turned the other way", GRID, "(action + k) % self.moves", "(action - k) % self.moves",
