@@ -9,6 +9,11 @@ Nobody tells the learner where the water is. It sees which way a mouse turned at
   visit home would be worth another number of rewards than any node: α would differ between candidates by a factor
   that depends on how the end is modelled. Rewarded once, all goals are worth the same.
 * Candidates are the visited nodes and home. Decisions with one legal action are in no score.
+
+That the water port comes first hangs on choices that were settled after looking at session D9a: the convention, the
+range of the grid and the quarter held out. Over 25 settings of γ and α each, on the same training bouts, it is first
+in 17 when a goal ends the episode and in 4 when it is rewarded at every visit (α from 1 to 10 there); else mostly home,
+the node before the port, or another corner. Without γ = 0.5 the same rule picks γ = 0.6, α = 10, where node 35 is.
 """
 
 from __future__ import annotations
