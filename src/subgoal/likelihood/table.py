@@ -135,6 +135,11 @@ class LogLikelihood:
         return self.candidates.log_prior  # type: ignore[no-any-return]
 
     @property
+    def offset(self) -> Ints:
+        """(D+1,) first row of each trajectory, and N."""
+        return self.demonstrations.offset
+
+    @property
     def is_dense(self) -> bool:
         """Whether the whole table is held."""
         return self.n_observations * self.n_candidates <= self.dense_entries

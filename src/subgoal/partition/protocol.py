@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -43,8 +43,19 @@ class Table(Protocol):
     def edges(self) -> Ints:
         """Boundaries of the blocks of rows in which the table is gone through, from 0 to N."""
 
+    @property
+    def offset(self) -> Ints:
+        """(D+1,) first row of each trajectory, and N."""
+
+    @property
+    def arrived(self) -> Any:
+        """(N, G) sparse rows of booleans: which observation is at which candidate."""
+
     def tiles(self) -> Iterator[tuple[int, Floats]]:
         """Consecutive blocks of rows: first row and (rows, G) values."""
+
+    def rows(self, start: int, stop: int) -> Floats:
+        """(stop − start, G) values of some rows."""
 
     def relative_tile(self, start: int, tile: Floats) -> Floats:
         """The same ratio for one tile of rows."""
@@ -61,7 +72,12 @@ class Stretch:
     assignments:
         (kept, N) candidate of each observation after each kept sweep.
     n_active, log_likelihood, log_joint:
-        (sweeps,) number of distinct candidates in use, Σ ℓ[i, θ_i], and log p(θ, O) at dish level.
+        (sweeps,) number of distinct candidates in use, Σ ℓ[i, θ_i], and log p(θ, O) at dish level, with whatever else
+        is sampled.
+    parameters:
+        What else is sampled, each (kept, ...), after each kept sweep.
+    redraws:
+        (kept, G) how often each candidate was drawn from the shared weights; None where that is once per observation.
     """
 
     state: Arrays
@@ -69,6 +85,8 @@ class Stretch:
     n_active: Ints
     log_likelihood: Floats
     log_joint: Floats
+    parameters: Arrays = field(default_factory=dict)
+    redraws: Ints | None = None
 
 
 @dataclass(frozen=True)

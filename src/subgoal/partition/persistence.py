@@ -1,0 +1,251 @@
+"""Subgoals that persist in time: kept with a probability, else redrawn from weights that all share."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from subgoal._kernels import collapsed_blocks as blocks
+from subgoal._kernels import persistence as loops
+from subgoal._kernels.counts import log_assignment_prior
+from subgoal.partition.priors import Beta, log_weights, probability_of
+from subgoal.partition.protocol import (
+    FIRST_TABLES,
+    Arrays,
+    Chain,
+    Int32s,
+    Recorder,
+    Stretch,
+    Table,
+    starting_assignment,
+)
+from subgoal.runtime.checks import Bools, Floats, Ints
+
+RUN_TABLE = 2**24
+"""Most entries of the table of runs by candidates; above it runs are moved together and not one by one."""
+
+
+@dataclass(frozen=True)
+class Persistent:
+    """Sampler of the model in which step t keeps the subgoal of t − 1 with probability ρ and else redraws it.
+
+    p(θ_t = g | θ_{t−1} = h) = ρ·1[g = h] + (1 − ρ)·w_g, first steps of trajectories from w, w ~ Dirichlet(ηp); with
+    ρ = 0 this is the exchangeable mixture. A sweep draws w | redraws, then all subgoals and redraws at once by
+    forward filtering and backward drawing, O(N·G); then, given where redraws fall, each run of one subgoal is an
+    observation of the exchangeable mixture, and a sweep of ``collapsed_blocks`` over the runs follows. All exact.
+
+    Attributes
+    ----------
+    keep:
+        ρ, or its prior.
+    keep_there:
+        ρ where the state is at the current subgoal (an arrival ends a subgoal mostly); None: the same as elsewhere.
+    """
+
+    keep: float | Beta = Beta()
+    keep_there: float | Beta | None = None
+
+    def __post_init__(self) -> None:
+        probability_of("persistence", self.keep)
+        if self.keep_there is not None:
+            probability_of("persistence at the subgoal", self.keep_there)
+
+    @property
+    def __name__(self) -> str:  # noqa: A003
+        return "persistent" if self.keep_there is None else "persistent until arrival"
+
+    def __call__(self, chain: Chain, keep: Bools) -> Stretch:
+        """Advance one chain; see ``Sampler``."""
+        steps = _Steps(chain, self)
+        record = Recorder(chain.table, keep)
+        kept: list[tuple[float, float]] = []
+        redraws: list[Ints] = []
+        for s in range(keep.size):
+            steps.sweep()
+            fit, joint = steps.log_joint()
+            record.sweep(s, keep[s], steps.theta, int(np.unique(steps.theta).size), fit, joint)
+            if keep[s]:
+                kept.append((steps.keep, steps.keep_there))
+                redraws.append(steps.counts.copy())
+        names = ("persistence", "persistence at the subgoal")[: 1 if self.keep_there is None else 2]
+        columns = np.array(kept).reshape(-1, 2)
+        return replace(
+            record.stretch(steps.state()),
+            parameters={name: columns[:, k].copy() for k, name in enumerate(names)},
+            redraws=np.array(redraws, np.int64).reshape(-1, chain.table.n_candidates),
+        )
+
+
+class _Steps:
+    """One chain between sweeps: assignment, redraws, and the two probabilities."""
+
+    def __init__(self, chain: Chain, model: Persistent) -> None:
+        table = chain.table
+        self.chain, self.model, self.table = chain, model, table
+        self.prior = np.exp(table.log_prior)
+        self.first = np.zeros(table.n_observations, bool)
+        self.first[table.offset[:-1]] = True
+        self.there_from, self.there = _sparse_rows(table, model)
+        state = chain.state or self._begin()
+        self.theta = np.array(state["theta"], np.int32)
+        self.redrawn = np.array(state["redrawn"], bool)
+        self.keep, self.keep_there = (float(x) for x in state["keep"])
+        self._recount()
+
+    def _begin(self) -> Arrays:
+        theta = starting_assignment(self.table, self.chain.generator)
+        redrawn = self.first | (np.diff(theta, prepend=-1) != 0)
+        keep = _start(self.model.keep)
+        there = keep if self.model.keep_there is None else _start(self.model.keep_there)
+        return {"theta": theta, "redrawn": redrawn, "keep": np.array([keep, there])}
+
+    def state(self) -> Arrays:
+        """From where the chain goes on."""
+        return {
+            "theta": self.theta, "redrawn": self.redrawn, "keep": np.array([self.keep, self.keep_there]),
+            "counts": self.counts,
+        }  # fmt: skip
+
+    def _recount(self) -> None:
+        self.counts = np.bincount(self.theta[self.redrawn], minlength=self.table.n_candidates)
+
+    def sweep(self) -> None:
+        """Weights, then the path, then the runs, then the probabilities."""
+        weights = np.exp(log_weights(self.chain.concentration * self.prior + self.counts, self.chain.generator))
+        self._draw_path(weights)
+        self._move_runs()
+        self._recount()
+        self._draw_probabilities()
+
+    def _draw_path(self, weights: Floats) -> None:
+        """Forward over all rows, keeping the law at the edges of blocks; backward with each block filtered again."""
+        edges = self.table.edges
+        entering = np.zeros((edges.size, weights.size))
+        rows = int(np.diff(edges).max())
+        filtered = np.empty((rows, weights.size))
+        work = np.empty(max(weights.size, 2))
+        for k in range(edges.size - 1):
+            self._filter(k, weights, entering[k], filtered)
+            entering[k + 1] = filtered[edges[k + 1] - edges[k] - 1]
+        for k in range(edges.size - 2, -1, -1):
+            if k < edges.size - 2:
+                self._filter(k, weights, entering[k], filtered)
+            loops.draw_rows(
+                edges[k], filtered[: edges[k + 1] - edges[k]], self.first, self.there_from, self.there, weights,
+                self.keep, self.keep_there, self.theta, self.redrawn, work, self.chain.generator,
+            )  # fmt: skip
+
+    def _filter(self, k: int, weights: Floats, entering: Floats, out: Floats) -> None:
+        start, stop = int(self.table.edges[k]), int(self.table.edges[k + 1])
+        loops.filter_rows(
+            start, _relative(self.table, start, stop), self.first, self.there_from, self.there, weights, self.keep,
+            self.keep_there, entering, out,
+        )  # fmt: skip
+
+    def _move_runs(self) -> None:
+        """Given the redraws, runs are observations of the exchangeable mixture."""
+        run = np.cumsum(self.redrawn) - 1
+        theta = np.ascontiguousarray(self.theta[self.redrawn])
+        if theta.size * self.prior.size <= RUN_TABLE:
+            sums = self._sums(run, theta.size)
+            relative = np.empty_like(sums)
+            loops.normalise_runs(sums, self.table.log_prior, relative)
+            trace = np.empty(1), np.empty(1), np.empty(1, np.int64)
+            blocks.sweeps_dense(
+                sums, relative, np.array([0, theta.size]), self.prior, self.table.log_prior,
+                self.chain.concentration, theta, np.empty((FIRST_TABLES, self.prior.size)), np.zeros(1, bool),
+                np.empty((0, theta.size), np.int32), *trace, self.chain.generator,
+            )  # fmt: skip
+        else:
+            self._move_together(run, theta)
+        self.theta = np.ascontiguousarray(theta[run])
+
+    def _move_together(self, run: Ints, theta: Int32s) -> None:
+        """Seat the runs of each candidate by its restaurant, then every table redraws its candidate; writes θ."""
+        size, g_count = theta.size, self.prior.size
+        table_of, following, sizes, dishes, slots = (np.empty(size, np.int64) for _ in range(5))
+        seen, first = np.zeros(g_count, np.int64), np.full(g_count, -1, np.int64)
+        work = np.empty(max(size, g_count) + 1)
+        n_tables = blocks.seat_rows(
+            0, np.empty((size, 0)), theta, self.prior, self.chain.concentration, table_of, seen, first, following,
+            sizes, np.empty((size, 0)), 0, work, slots, self.chain.generator,
+        )  # fmt: skip
+        sums = self._sums(table_of[run], n_tables)
+        blocks.move_blocks(n_tables, sums, self.table.log_prior, table_of, theta, dishes, work, self.chain.generator)
+
+    def _sums(self, group: Ints, count: int) -> Floats:
+        """(count, G) log likelihood of each group of runs, were it each candidate, up to what is the same for all."""
+        sums = np.zeros((count, self.prior.size))
+        kept = left = 0.0
+        if self.keep_there != self.keep:
+            kept, left = _log_ratio(self.keep_there, self.keep), _log_ratio(1 - self.keep_there, 1 - self.keep)
+        for start, tile in self.table.tiles():
+            loops.add_to_runs(
+                start, tile, group, self.there_from, self.there, self.first, self.redrawn, kept, left, sums
+            )
+        return sums
+
+    def _draw_probabilities(self) -> None:
+        counts = self._steps()
+        model, generator = self.model, self.chain.generator
+        if model.keep_there is None:
+            if isinstance(model.keep, Beta):
+                self.keep = self.keep_there = model.keep.draw(*(int(n) for n in counts.sum(axis=1)), generator)
+            return
+        if isinstance(model.keep, Beta):
+            self.keep = model.keep.draw(int(counts[0, 0]), int(counts[1, 0]), generator)
+        if isinstance(model.keep_there, Beta):
+            self.keep_there = model.keep_there.draw(int(counts[0, 1]), int(counts[1, 1]), generator)
+
+    def _steps(self) -> Ints:
+        counts = np.empty((2, 2), np.int64)
+        loops.count_steps(self.theta, self.redrawn, self.first, self.there_from, self.there, counts)
+        return counts
+
+    def log_joint(self) -> tuple[float, float]:
+        """Σ ℓ[i, θ_i], and the log joint density of everything drawn but the weights, which are integrated out."""
+        rows = np.arange(self.theta.size)
+        fit = 0.0
+        for start, tile in self.table.tiles():
+            block = slice(start, start + len(tile))
+            fit += float(tile[rows[: len(tile)], self.theta[block]].sum())
+        steps = self._steps()
+        value = fit + log_assignment_prior(self.counts, self.prior, self.chain.concentration)
+        for number, chance in zip(steps.T, (self.keep, self.keep_there), strict=True):
+            value += sum(n * math.log(p) for n, p in zip(number, (chance, 1 - chance), strict=True) if n)
+        for law, chance in ((self.model.keep, self.keep), (self.model.keep_there, self.keep_there)):
+            value += law.log_density(chance) if isinstance(law, Beta) else 0.0
+        return fit, value
+
+
+def _start(law: float | Beta) -> float:
+    return law.start if isinstance(law, Beta) else float(law)
+
+
+def _log_ratio(a: float, b: float) -> float:
+    if a == 0:
+        return -math.inf
+    return math.log(a) - math.log(b) if b > 0 else math.inf
+
+
+def _relative(table: Table, start: int, stop: int) -> Floats:
+    whole = table.relative
+    if whole is not None:
+        return whole[start:stop]
+    return table.relative_tile(start, table.rows(start, stop))
+
+
+def _sparse_rows(table: Table, model: Persistent) -> tuple[Ints, Ints]:
+    """Which observation is at which candidate; empty rows where that makes no difference."""
+    if model.keep_there is None:
+        return np.zeros(table.n_observations + 1, np.int64), np.empty(0, np.int64)
+    there: Any = table.arrived
+    return there.indptr.astype(np.int64), there.indices.astype(np.int64)
+
+
+def persistent(chain: Chain, keep: Bools) -> Stretch:
+    """Sampler ``Persistent()``: how long subgoals persist is learned, from a uniform prior on ρ."""
+    return Persistent()(chain, keep)
