@@ -1,6 +1,18 @@
-"""The exact samplers, each a function to pass to ``subgoal.sample``; and the thesis's own forms, for comparison."""
+"""The exact samplers, each a function to pass to ``subgoal.sample``; and the thesis's own forms, for comparison.
+
+All but the ``alg4_literal`` forms draw from the same posterior; they differ in how fast.
+
+* ``collapsed_blocks``: one observation at a time, then whole clusters change their candidate.
+* ``collapsed``: one observation at a time only; the plainest, against which the others are held.
+* ``blocked``: the weights of the candidates, then all observations given them.
+* ``cluster_collapsed``: a partition of the observations, the candidate of each cluster summed out.
+* ``alg4_corrected``: Algorithm 4 of the thesis with its two errors mended.
+"""
 
 from subgoal.partition.alg4 import alg4_corrected, alg4_literal, alg4_literal_fresh_draw, alg4_literal_sum
+from subgoal.partition.blocked import blocked
+from subgoal.partition.cluster_collapsed import cluster_collapsed
+from subgoal.partition.collapsed import collapsed
 from subgoal.partition.collapsed_blocks import collapsed_blocks
 
 __all__ = [
@@ -8,5 +20,8 @@ __all__ = [
     "alg4_literal",
     "alg4_literal_fresh_draw",
     "alg4_literal_sum",
+    "blocked",
+    "cluster_collapsed",
+    "collapsed",
     "collapsed_blocks",
 ]
