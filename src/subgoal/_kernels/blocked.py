@@ -84,7 +84,7 @@ def assign_rows(start, tile, relative, log_weights, order, weights, tail, theta,
 def sweeps_dense(table, relative, prior, concentration, theta, keep, kept, log_likelihood, log_joint, n_active,
                  generator):  # fmt: skip
     """``len(keep)`` sweeps over a dense table (N, G); writes ``theta``, ``kept`` and the traces."""
-    n, g_count = table.shape
+    g_count = table.shape[1]
     counts, active, place = np.zeros(g_count, np.int64), np.empty(g_count, np.int64), np.empty(g_count, np.int64)
     order = np.empty(g_count, np.int64)
     log_weights, reach, weights = np.empty(g_count), np.empty(g_count), np.empty(g_count)

@@ -14,7 +14,7 @@ from subgoal._kernels.counts import log_assignment_prior, recount
 def sweeps_dense(table, relative, prior, concentration, theta, keep, kept, log_likelihood, log_joint, n_active,
                  generator):  # fmt: skip
     """``len(keep)`` sweeps over a dense table (N, G); writes ``theta``, ``kept`` and the traces."""
-    n, g_count = table.shape
+    g_count = table.shape[1]
     counts, active, place = np.zeros(g_count, np.int64), np.empty(g_count, np.int64), np.empty(g_count, np.int64)
     work = np.empty(g_count + 1)
     rows = 0

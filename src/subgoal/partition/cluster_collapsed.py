@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from subgoal._kernels import cluster_collapsed as loops
+from subgoal._kernels.alg4 import occupy
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal.partition.alg4 import seated
 from subgoal.partition.protocol import Chain, Recorder, Stretch, starting_assignment
@@ -52,7 +53,7 @@ def _sweeps_tiled(chain: Chain, label: Ints, dish: Ints, keep: Bools, record: Re
     fresh, fresh_walls = np.zeros(sums.shape), np.zeros(walls.shape, np.int64)
     share, support = np.empty(sums.shape), np.empty(walls.shape, np.int64)
     for s in range(keep.size):
-        k = loops.occupy(label, size, order, rank)
+        k = occupy(label, size, order, rank)
         loops.share_all(order, k, sums, walls, log_prior, share, support, held)
         fresh[:], fresh_walls[:] = 0.0, 0
         for start, tile in table.tiles():
