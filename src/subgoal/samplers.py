@@ -18,10 +18,10 @@ from subgoal.partition.cluster_collapsed import cluster_collapsed
 from subgoal.partition.collapsed import collapsed
 from subgoal.partition.collapsed_blocks import collapsed_blocks
 from subgoal.partition.split_merge import split_merge
-from subgoal.partition.tempered import Tempering, tempered
+from subgoal.partition.tempered import Tempering as Tempering
+from subgoal.partition.tempered import tempered
 
 __all__ = [
-    "Tempering",
     "alg4_corrected",
     "alg4_literal",
     "alg4_literal_fresh_draw",
