@@ -1,0 +1,84 @@
+"""Loops of the sampler ``Grouped``: observations given the counts of their group, and the tables they sit at.
+
+Arrays named as written are state.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from subgoal._kernels.draws import choose
+
+
+@njit(cache=True, nogil=True)
+def redraw_rows(start, relative, group, weights, mass, theta, counts, work, generator):
+    """Draw θ_i ∝ (n_kg without i + mass·β_g)·L_ig, k the group of i, for the rows of ``relative`` (B, G).
+
+    ``weights`` (G,) is β; the group's own weights are integrated out. Writes ``theta`` (N,) and ``counts`` (K, G).
+    """
+    for r in range(relative.shape[0]):
+        i = start + r
+        row = counts[group[i]]
+        row[theta[i]] -= 1
+        for g in range(weights.size):
+            work[g] = (row[g] + mass * weights[g]) * relative[r, g]
+        theta[i] = choose(work, weights.size, generator)
+        row[theta[i]] += 1
+
+
+@njit(cache=True, nogil=True)
+def seat_in_groups(theta, group, weights, mass, table_of, sizes, work, slots, first, following, generator):
+    """Seat every observation at a table of its group and candidate; writes ``table_of`` (N,); returns their number.
+
+    The restaurant of group k and candidate g has concentration mass·β_g. Tables of a pair form a list from ``first``
+    (K, G), −1 to begin with, through ``following`` (N,); ``sizes`` (N,) are their customers.
+    """
+    n_tables = 0
+    for i in range(theta.size):
+        k, g = group[i], theta[i]
+        table = n_tables
+        if first[k, g] >= 0:
+            count = 0
+            other = first[k, g]
+            while other >= 0:
+                work[count] = sizes[other]
+                slots[count] = other
+                count += 1
+                other = following[other]
+            work[count] = mass * weights[g]
+            pick = choose(work, count + 1, generator)
+            if pick < count:
+                table = slots[pick]
+        if table == n_tables:
+            following[table] = first[k, g]
+            first[k, g] = table
+            sizes[table] = 0
+            n_tables += 1
+        sizes[table] += 1
+        table_of[i] = table
+    return n_tables
+
+
+@njit(cache=True, nogil=True)
+def count_in_groups(theta, group, counts):
+    """Write ``counts`` (K, G): observations of each group at each candidate."""
+    counts[:] = 0
+    for i in range(theta.size):
+        counts[group[i], theta[i]] += 1
+
+
+@njit(cache=True, nogil=True)
+def dishes_of(theta, table_of, dish):
+    """Write ``dish`` (T,): the candidate of each table."""
+    for i in range(theta.size):
+        dish[table_of[i]] = theta[i]
+
+
+@njit(cache=True, nogil=True)
+def add_rows(start, tile, table_of, sums):
+    """Add the rows of ``tile`` (B, G) to those of their table in ``sums`` (T, G)."""
+    for r in range(tile.shape[0]):
+        row = sums[table_of[start + r]]
+        for g in range(tile.shape[1]):
+            row[g] += tile[r, g]
