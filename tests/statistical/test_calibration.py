@@ -22,6 +22,7 @@ DRAWS = 127
 BINS = 16
 TOY = peaked(5, 4, 20, 1.0)
 SHIPPED = [samplers.collapsed_blocks, samplers.alg4_corrected]
+MORE = [samplers.blocked, samplers.collapsed, samplers.cluster_collapsed, samplers.split_merge, samplers.tempered]
 
 
 def ranks(sampler, simulations: int, seed: int, *, thin: int = 8, shown=None) -> np.ndarray:
@@ -54,7 +55,7 @@ def p_values(rank: np.ndarray) -> dict[str, float]:
 
 
 @pytest.mark.t2
-@pytest.mark.parametrize("sampler", SHIPPED, ids=lambda s: s.__name__)
+@pytest.mark.parametrize("sampler", [*SHIPPED, *MORE], ids=lambda s: s.__name__)
 def test_ranks_are_uniform(sampler) -> None:
     """1,000 simulations of 127 draws, level 3e-6 over five statistics; notices L to the power 0.8 (below)."""
     found = p_values(ranks(sampler, 1000, 1))
