@@ -243,8 +243,8 @@ def test_observations_given_weights_are_drawn_exactly(name: str, weights: list[f
 
 @pytest.mark.parametrize(("eta", "counts"), [(3.0, [0, 2, 1]), (0.05, [0, 3, 1]), (1e-3, [4, 0, 0])])
 def test_weights_are_dirichlet(eta: float, counts: list[int]) -> None:
-    """Mean and variance of w and of log w, over 100,000 draws: 5 standard errors each, 12 statistics."""
-    draws, shape = 100_000, eta * PRIOR + np.array(counts)
+    """Mean and variance of w and of log w, over 40,000 draws: 5 standard errors each, 12 statistics."""
+    draws, shape = 40_000, eta * PRIOR + np.array(counts)
     generator, log_w = np.random.default_rng(3), np.empty((draws, 3))
     for row in log_w:
         blocked.draw_weights(np.array(counts), PRIOR, eta, row, generator)
