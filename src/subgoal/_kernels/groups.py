@@ -5,7 +5,6 @@ Arrays named as written are state.
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 from subgoal._kernels.draws import choose

@@ -26,7 +26,7 @@ SPARE = 10.0
 
 @njit(cache=True, nogil=True)
 def draw_log_row(shape, out, generator):
-    """Write ``out`` (G,): the logarithm of a draw from Dirichlet(shape), cut at ``LOWEST``; shapes far below 1 are fine.
+    """Write ``out`` (G,): the logarithm of a draw from Dirichlet(shape), cut at ``LOWEST``, for shapes however small.
 
     Gamma(a) is Gamma(a + 1)·U^{1/a}. Gamma(a + 1) is drawn only where the entry can end above the cut.
     """

@@ -79,7 +79,8 @@ class Grouped:
         n_kept, g_count = int(keep.sum()), chain.table.n_candidates
         held = n_kept * self.n_groups * g_count < COUNT_ENTRIES
         counts = np.empty((n_kept if held else 0, self.n_groups, g_count), np.int32)
-        mass, redraws = [], []
+        mass: list[float] = []
+        redraws: list[Ints] = []
         for s in range(keep.size):
             tables.sweep()
             fit, joint = tables.log_joint()

@@ -59,7 +59,8 @@ class StickyHMM:
         """Advance one chain; see ``Sampler``. Raises ``InputError`` above 4,096 candidates."""
         walk = _Walk(chain, self)
         record = Recorder(chain.table, keep)
-        kept, redraws = [], []
+        kept: list[tuple[float, float]] = []
+        redraws: list[Ints] = []
         for s in range(keep.size):
             walk.sweep()
             fit, joint = walk.log_joint()
@@ -78,8 +79,8 @@ class StickyHMM:
 class _Rows(NamedTuple):
     """The transitions as ``_kernels.sticky_hmm.pack_row`` holds them."""
 
-    size: Ints
-    index: Ints
+    length: Ints
+    column: Ints
     above: Floats
     onto: Floats
 
@@ -179,7 +180,7 @@ class _Walk:
         rows = self.rows
         return float(
             loops.filter_rows(
-                start, relative_rows(self.table, start, stop), self.first, self.begin, rows.size, rows.index,
+                start, relative_rows(self.table, start, stop), self.first, self.begin, rows.length, rows.column,
                 rows.above, entering, out,
             )
         )  # fmt: skip
