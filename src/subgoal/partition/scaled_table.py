@@ -39,9 +39,10 @@ class ScaledTable:
         n, g_count = self.shape
         blocks = max(1, min(n, n * g_count // GROUP))
         self._blocks = list(pairwise(np.linspace(0, n, blocks + 1).astype(int).tolist()))
+        self._workers = None if blocks > 1 else 1
         self.peak = np.empty(n)
         self.columns = np.empty((g_count, n)) if n * g_count <= held_entries else None
-        run_all(self._scale, self._blocks, workers=None)
+        run_all(self._scale, self._blocks, workers=self._workers)
         bad = ~np.isfinite(self.peak)
         if bad.any():
             i = int(np.argmax(bad))
@@ -71,7 +72,7 @@ class ScaledTable:
         """(N,) r = M w."""
         if self.columns is not None:
             return np.asarray(weights @ self.columns)
-        parts = run_all(lambda a, b: weights @ self._turned(a, b), self._blocks, workers=None)
+        parts = run_all(lambda a, b: weights @ self._turned(a, b), self._blocks, workers=self._workers)
         return np.concatenate(parts)
 
     def gradient(self, fitted: Floats) -> Floats:
@@ -79,14 +80,14 @@ class ScaledTable:
         inverse = 1.0 / fitted
         if self.columns is not None:
             return np.asarray(self.columns @ inverse)
-        parts = run_all(lambda a, b: self._turned(a, b) @ inverse[a:b], self._blocks, workers=None)
+        parts = run_all(lambda a, b: self._turned(a, b) @ inverse[a:b], self._blocks, workers=self._workers)
         return np.asarray(np.sum(parts, axis=0))
 
     def take(self, candidates: Ints) -> Floats:
         """(s, N) columns of some candidates, one after another."""
         if self.columns is not None:
             return self.columns[candidates]
-        parts = run_all(lambda a, b: self._turned(a, b)[candidates], self._blocks, workers=None)
+        parts = run_all(lambda a, b: self._turned(a, b)[candidates], self._blocks, workers=self._workers)
         return np.concatenate(parts, axis=1)
 
     def spread(self, fitted: Floats) -> tuple[Floats, Floats]:
@@ -96,9 +97,9 @@ class ScaledTable:
         if self.columns is not None:
             edges = np.linspace(0, g_count, min(g_count, 4 * worker_count(None)) + 1).astype(int).tolist()
             jobs = [(self.columns, inverse, squares, largest, a, b) for a, b in pairwise(edges)]
-            run_all(spread_of_rows, jobs, workers=None)
+            run_all(spread_of_rows, jobs, workers=self._workers)
             return squares, largest
-        parts = run_all(lambda a, b: self._spread_of_block(inverse[a:b], a, b), self._blocks, workers=None)
+        parts = run_all(lambda a, b: self._spread_of_block(inverse[a:b], a, b), self._blocks, workers=self._workers)
         return np.sum([p[0] for p in parts], axis=0), np.max([p[1] for p in parts], axis=0)
 
     def _spread_of_block(self, inverse: Floats, start: int, stop: int) -> tuple[Floats, Floats]:
