@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from subgoal.partition import map_bound, row_blocks
+from subgoal.partition.convex_weights import convex_weights
 from subgoal.partition.local_search import Search
 from subgoal.partition.map_partition import map_partition
 from subgoal.partition.outcome import Outcome
@@ -38,6 +39,12 @@ def joint(table: np.ndarray, theta: np.ndarray, mass: np.ndarray) -> float:
     return log_dirichlet_multinomial(tuple(theta.tolist()), mass) + fit
 
 
+def best_single_gain(table: np.ndarray, theta: np.ndarray, counts: np.ndarray, mass: np.ndarray) -> float:
+    """What the best move of one observation adds to log p(θ, O); −1 if there is no other candidate."""
+    stay = np.take_along_axis(table, theta[:, None], axis=1) + np.log(counts[theta] - 1 + mass[theta])[:, None]
+    return float((table + np.log(counts + mass) - stay)[np.arange(mass.size) != theta[:, None]].max(initial=-1.0))
+
+
 def test_the_bound_holds_and_the_search_nearly_always_finds_the_best() -> None:
     """All of 150 bounds hold, however few their steps; at least 147 searches end at the best, most with proof."""
     found_best, proved = 0, 0
@@ -54,6 +61,17 @@ def test_the_bound_holds_and_the_search_nearly_always_finds_the_best() -> None:
         proved += found.proved
     assert found_best >= 147
     assert proved >= 140
+
+
+def test_the_bound_holds_when_it_aims_too_low() -> None:
+    """Polyak's steps never pass what they aim at: aimed at the truth, a wrong bound would look like a proof."""
+    for seed in range(150):
+        table, eta, prior = case(seed)
+        likelihood, best = held(table, prior), max(every_assignment(table, eta * prior).values())
+        with Interrupt() as interrupt:
+            for low in (0.1, 5.0):
+                arguments = likelihood, eta * prior, convex_weights(likelihood), best - low
+                assert map_bound.upper_bound(*arguments, 200, interrupt) >= best
 
 
 def test_the_bound_without_lagrangian_steps_holds(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,6 +92,7 @@ def test_no_move_improves_the_answer(name: str, concentration: float) -> None:
     assert found.outcome is Outcome.CONVERGED
     assert found.gap >= 0
     np.testing.assert_array_equal(found.counts, np.bincount(found.assignment, minlength=g_count))
+    assert best_single_gain(table, found.assignment, found.counts, mass) <= 1e-8
     generator = np.random.default_rng(0)
     for _ in range(60):
         other = found.assignment.copy()
@@ -86,6 +105,17 @@ def test_no_move_improves_the_answer(name: str, concentration: float) -> None:
             i, j = generator.integers(n, size=2)
             other[i], other[j] = other[j], other[i]
         assert joint(table, other, mass) <= found.log_joint + 1e-7 * n
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_single_moves_go_on_until_none_gains(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    table, mass = generator.normal(size=(40, 6)), generator.uniform(0.1, 1.0, size=6)
+    search = Search(held(table), mass, generator.integers(6, size=40).astype(np.int32))
+    with Interrupt() as interrupt:
+        search._settle(interrupt)
+    np.testing.assert_array_equal(search.counts, np.bincount(search.theta, minlength=6))
+    assert best_single_gain(table, search.theta, search.counts, mass) <= 1e-8
 
 
 def test_a_candidate_is_opened_for_those_who_gain_together() -> None:

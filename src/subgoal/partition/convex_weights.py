@@ -16,7 +16,7 @@ from subgoal.partition.protocol import Table
 from subgoal.partition.scaled_table import ScaledTable
 from subgoal.partition.screening import proved_idle
 from subgoal.partition.simplex_newton import solve_columns
-from subgoal.runtime.checks import Floats, Ints, frozen, positive, whole
+from subgoal.runtime.checks import Bools, Floats, Ints, frozen, positive, whole
 from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
 
@@ -59,7 +59,7 @@ class ConvexWeights:
     gap: float
     gradient: Floats
     fitted: Floats
-    idle: np.ndarray
+    idle: Bools
     iterations: int
     outcome: Outcome
     trace: Floats = field(repr=False)
@@ -140,7 +140,8 @@ class _Search:
             best, without = (gap, 0) if gap < 0.999 * best else (best, without + 1)
             if without > 20:
                 return Outcome.STALLED
-            self._round(wanted)
+            if done < self.most:
+                self._round(wanted)
         return Outcome.OUT_OF_ITERATIONS
 
     def _round(self, wanted: float) -> None:
