@@ -25,6 +25,7 @@ _HOME = {
     "LogLikelihood": "likelihood.table",
     "sample": "posterior.sample",
     "bnirl": "irl.bnirl",
+    "learn": "irl.learn",
     "Posterior": "posterior.posterior",
     "Status": "posterior.diagnostics",
     "save": "posterior.archive",
@@ -42,11 +43,13 @@ _HOME = {
 
 _ROOMS = {
     "samplers": "samplers",
+    "models": "models",
     "controllers": "likelihood.controllers",
     "mdp": "mdp",
     "episodes": "demonstrations.episodes",
     "predictions": "answers.predictions",
     "scores": "answers.scores",
+    "evidence": "answers.evidence",
     "options": "options",
 }
 """Public modules, for what is needed now and then."""

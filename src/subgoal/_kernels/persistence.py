@@ -1,4 +1,4 @@
-"""Loops for subgoals that persist: forward filter, backward draw, and sums over runs. Arrays named as written are state.
+"""Loops for subgoals that persist: forward filter, backward draw, sums over runs. Arrays named as written are state.
 
 A step keeps the subgoal of the step before with probability ``keep``, or ``keep_there`` where the state is at that
 subgoal, and otherwise redraws it from the shared weights; the first step of a trajectory always draws it. The
@@ -146,6 +146,31 @@ def count_steps(theta, redrawn, first, there_from, there, counts):
             if g == theta[i - 1]:
                 at = 1
         counts[1 if redrawn[i] else 0, at] += 1
+
+
+@njit(cache=True, nogil=True)
+def count_repeats(theta, first, there_from, there, repeats):
+    """Write ``repeats`` (2, G): steps at which θ stays g, away from (0) or at (1) g; returns how many change, of each.
+
+    Whether a step that stays kept its subgoal or redrew the same one is not asked.
+    """
+    repeats[:] = 0
+    changes_away = 0
+    changes_there = 0
+    for i in range(theta.size):
+        if first[i]:
+            continue
+        at = 0
+        for g in there[there_from[i] : there_from[i + 1]]:
+            if g == theta[i - 1]:
+                at = 1
+        if theta[i] == theta[i - 1]:
+            repeats[at, theta[i]] += 1
+        elif at == 1:
+            changes_there += 1
+        else:
+            changes_away += 1
+    return changes_away, changes_there
 
 
 @njit(cache=True, nogil=True)

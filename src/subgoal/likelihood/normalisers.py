@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid, quad
@@ -16,6 +17,12 @@ SMALL_CONFIDENCE = 1e-3
 def log_sphere_area(dimension: int) -> float:
     """log of the area of the unit sphere in ``dimension`` dimensions (2 points in 1-D, 2π in 2-D, 4π in 3-D)."""
     return float(math.log(2) + 0.5 * dimension * math.log(math.pi) - gammaln(dimension / 2))
+
+
+def log_direction_normalisers(confidence: Floats, dimension: int) -> Floats:
+    """``log_direction_normaliser`` of each of several confidences."""
+    different, where = np.unique(confidence, return_inverse=True)
+    return np.array([log_direction_normaliser(alpha, dimension) for alpha in different.tolist()])[where]
 
 
 def log_direction_normaliser(confidence: float, dimension: int) -> float:
@@ -47,9 +54,9 @@ def _log_normaliser_3d(confidence: float) -> float:
     )
 
 
-def log_action_normaliser(confidence: float, dimension: int, scale: float, log_weights: float) -> float:
+def log_action_normaliser(confidence: Any, dimension: int, scale: float, log_weights: float) -> Any:
     """log ∫ exp(−α‖w∘(a − a_CL)‖/scale) da over R^k, ``log_weights`` = Σ log w: S_{k−1} Γ(k) (scale/α)^k / Π w."""
-    radial = float(gammaln(dimension)) + dimension * (math.log(scale) - math.log(confidence))
+    radial = float(gammaln(dimension)) + dimension * (math.log(scale) - np.log(confidence))
     return log_sphere_area(dimension) + radial - log_weights
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from subgoal._kernels.softmax import softmax_tile
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.assigned import ActionValues
+from subgoal.likelihood.source import Confidence
 from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
 from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.mdp.planners.subgoal_plan import Convention, SubgoalPlan
@@ -55,12 +58,32 @@ class PlannedActions:
     uninformative: NDArray[np.bool_]
     kind: str = field(default="planned actions", init=False)
 
-    def log_density(self, start: int, stop: int, confidence: float) -> Floats:
+    def log_density(self, start: int, stop: int, confidence: Confidence) -> Floats:
         """Complete log probabilities: over the legal actions of a state they sum to one."""
         pairs, where = np.unique(self.pair[start:stop], return_inverse=True)
         out = np.empty((pairs.size, self.at_goal.shape[1]))
-        softmax_tile(self.plan.action_values, self.state_row[pairs], self.action[pairs], confidence, out)
+        each = np.full(out.shape[1], confidence, float)
+        softmax_tile(self.plan.action_values, self.state_row[pairs], self.action[pairs], each, out)
         return out[where]
+
+    @cached_property
+    def unit(self) -> float:
+        """One over the median difference of best and worst action, over states and candidates in reach."""
+        values = np.where(np.isfinite(self.plan.action_values), self.plan.action_values, np.nan)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            spread = (np.nanmax(values, axis=1) - np.nanmin(values, axis=1)).ravel()
+        spread = spread[spread > 0]
+        return 1.0 / float(np.median(spread)) if spread.size else 1.0
+
+    def log_flat(self, start: int, stop: int) -> Floats:
+        """All legal actions alike."""
+        legal = self.mdp.available[self.plan.states[self.rows[start:stop]]]
+        return np.asarray(-np.log(legal.sum(axis=1)))
+
+    def assigned(self, theta: Ints) -> ActionValues:
+        """Action values of each observation's candidate."""
+        return ActionValues(self.plan.action_values[self.rows, :, theta], self.actions)
 
     def log_marginal(self, start: int, stop: int, confidence: float, log_prior: Floats) -> None:
         """No shorter way."""

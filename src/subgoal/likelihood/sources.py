@@ -12,12 +12,15 @@ from subgoal._kernels.directions import direction_log_sum, direction_tile
 from subgoal.candidates import Candidates
 from subgoal.demonstrations.metric import Metric
 from subgoal.likelihood import normalisers
+from subgoal.likelihood.assigned import Chords, Shortfalls, unit_vectors
 from subgoal.likelihood.controllers import Controller
-from subgoal.likelihood.table import DistanceLaw
-from subgoal.runtime.checks import Floats
+from subgoal.likelihood.source import Confidence, DistanceLaw
+from subgoal.runtime.checks import Floats, Ints
 from subgoal.runtime.errors import InputError
 
 Compare = Literal["direction", "action"]
+ROWS = 256
+"""Observations for which a controller is asked at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +44,7 @@ class Directions:
     slow: NDArray[np.bool_]
     near: float
     kind: str = field(default="directions", init=False)
+    unit: float = field(default=1.0, init=False)
 
     @classmethod
     def of(cls, states: Floats, actions: Floats, candidates: Candidates, pace: Pace) -> Directions:
@@ -61,26 +65,39 @@ class Directions:
         """(N,) slow pairs."""
         return self.slow
 
-    def _constants(self, confidence: float) -> tuple[float, float]:
+    def _constants(self, confidence: Confidence) -> tuple[Floats, Floats, float]:
+        """α and the logarithm of its normaliser for each candidate, and the log density of a uniform direction."""
         d = self.states.shape[1]
-        return normalisers.log_direction_normaliser(confidence, d), -normalisers.log_sphere_area(d)
+        each = np.full(self.goals.shape[1], confidence, float)
+        return each, normalisers.log_direction_normalisers(each, d), -normalisers.log_sphere_area(d)
 
-    def log_density(self, start: int, stop: int, confidence: float) -> Floats:
+    def log_density(self, start: int, stop: int, confidence: Confidence) -> Floats:
         """Complete density over the unit sphere."""
         out = np.empty((stop - start, self.goals.shape[1]))
         block = slice(start, stop)
         direction_tile(
-            self.units[block], self.states[block], self.slow[block], self.goals, self.period, self.near, confidence,
+            self.units[block], self.states[block], self.slow[block], self.goals, self.period, self.near,
             *self._constants(confidence), out,
         )  # fmt: skip
         return out
+
+    def log_flat(self, start: int, stop: int) -> Floats:
+        """Uniform over the unit sphere."""
+        return np.full(stop - start, -normalisers.log_sphere_area(self.states.shape[1]))
+
+    def assigned(self, theta: Ints) -> Chords:
+        """Directions beside those to each observation's candidate."""
+        d = self.states.shape[1]
+        way = Metric(np.ones(d), self.period).difference(self.states, self.goals.T[theta])
+        flat = self.slow | (np.linalg.norm(way, axis=1) <= self.near)
+        return Chords(self.units, unit_vectors(way), flat)
 
     def log_marginal(self, start: int, stop: int, confidence: float, log_prior: Floats) -> Floats:
         """Summed on the fly: memory O(N + G)."""
         out = np.empty(stop - start)
         block = slice(start, stop)
         direction_log_sum(
-            self.units[block], self.states[block], self.slow[block], self.goals, self.period, self.near, confidence,
+            self.units[block], self.states[block], self.slow[block], self.goals, self.period, self.near,
             *self._constants(confidence), log_prior, out,
         )  # fmt: skip
         return out
@@ -106,6 +123,7 @@ class ControllerActions:
     controller: Controller
     compare: Compare
     kind: str = field(default="controller", init=False)
+    unit: float = field(default=1.0, init=False)
 
     @classmethod
     def of(
@@ -146,25 +164,56 @@ class ControllerActions:
                              wanted="finite numbers")  # fmt: skip
         return answer
 
-    def log_density(self, start: int, stop: int, confidence: float) -> Floats:
+    def log_density(self, start: int, stop: int, confidence: Confidence) -> Floats:
         """Complete density over the unit sphere or over R^k, as ``compare`` says."""
-        there, weights = self.arrived(start, stop), self.pace.weights
-        wanted = self._goal_actions(start, stop) * weights
-        done = (self.actions[start:stop] * weights)[:, None]
-        k, log_weights = self.actions.shape[1], normalisers.sum_log(weights)
+        distance, flat = self._distances(start, stop)
+        log_flat = float(self.log_flat(0, 1)[0])
+        return np.where(flat, log_flat, -confidence * distance - self._log_normaliser(confidence))
+
+    def _distances(self, start: int, stop: int) -> tuple[Floats, NDArray[np.bool_]]:
+        """(B, G) distances in units of the scale, and where no action is asked for."""
+        wanted, flat = self._wanted(start, stop)
+        done = (self.actions[start:stop] * self.pace.weights)[:, None]
         if self.compare == "direction":
-            length = np.linalg.norm(wanted, axis=2)
-            blank = there | (length == 0)
-            gap = _unit(done) - wanted / np.where(length == 0, 1.0, length)[..., None]
-            log_z, flat = normalisers.log_direction_normaliser(confidence, k), -normalisers.log_sphere_area(k)
-            values = np.where(blank, flat, -confidence * np.linalg.norm(gap, axis=2) - log_z)
-        else:
-            gap = done - np.where(there[..., None], 0.0, wanted)
-            log_z = normalisers.log_action_normaliser(confidence, k, self.pace.median, log_weights)
-            flat = -normalisers.log_ball_volume(k, self.pace.top, log_weights)
-            values = -confidence * np.linalg.norm(gap, axis=2) / self.pace.median - log_z
-        values[self.pace.slow[start:stop]] = flat
-        return np.asarray(values)
+            return np.linalg.norm(unit_vectors(done) - unit_vectors(wanted), axis=2), flat
+        return np.linalg.norm(done - wanted, axis=2) / self.pace.median, flat
+
+    def _wanted(self, start: int, stop: int) -> tuple[Floats, NDArray[np.bool_]]:
+        """(B, G, k) weighted actions asked for, and (B, G) where none is."""
+        there = self.arrived(start, stop)
+        wanted = self._goal_actions(start, stop) * self.pace.weights
+        slow = np.broadcast_to(self.pace.slow[start:stop, None], there.shape)
+        if self.compare == "direction":
+            return wanted, there | (np.linalg.norm(wanted, axis=2) == 0) | slow
+        return np.where(there[..., None], 0.0, wanted), slow
+
+    def _log_normaliser(self, confidence: Confidence) -> Floats:
+        k = self.actions.shape[1]
+        if self.compare == "direction":
+            return normalisers.log_direction_normalisers(np.atleast_1d(confidence), k)
+        log_weights = normalisers.sum_log(self.pace.weights)
+        return np.asarray(normalisers.log_action_normaliser(confidence, k, self.pace.median, log_weights))
+
+    def log_flat(self, start: int, stop: int) -> Floats:
+        """Uniform over the unit sphere, or over the ball of the fastest demonstrated speed."""
+        k = self.actions.shape[1]
+        if self.compare == "direction":
+            return np.full(stop - start, -normalisers.log_sphere_area(k))
+        log_weights = normalisers.sum_log(self.pace.weights)
+        return np.full(stop - start, -normalisers.log_ball_volume(k, self.pace.top, log_weights))
+
+    def assigned(self, theta: Ints) -> Chords | Shortfalls:
+        """Actions beside what the controller would do for each observation's candidate."""
+        n = len(self.states)
+        wanted, flat = np.empty(self.actions.shape), np.empty(n, bool)
+        for start in range(0, n, ROWS):
+            rows = np.arange(start, min(start + ROWS, n))
+            parts = self._wanted(start, start + rows.size)
+            wanted[rows], flat[rows] = parts[0][rows - start, theta[rows]], parts[1][rows - start, theta[rows]]
+        done = self.actions * self.pace.weights
+        if self.compare == "direction":
+            return Chords(unit_vectors(done), unit_vectors(wanted), flat)
+        return Shortfalls((done - wanted) / self.pace.median, flat, float(self.log_flat(0, 1)[0]), self._log_normaliser)
 
     def log_marginal(self, start: int, stop: int, confidence: float, log_prior: Floats) -> None:
         """No shorter way."""
@@ -190,8 +239,3 @@ class ControllerActions:
 def _direction_law(confidence: float, dimension: int) -> DistanceLaw:
     log_z = normalisers.log_direction_normaliser(confidence, dimension)
     return DistanceLaw(log_z, lambda r: normalisers.direction_distance_cdf(r, confidence, dimension), 2.0)
-
-
-def _unit(vectors: Floats) -> Floats:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(length > 0, length, 1.0))

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from subgoal._kernels.directions import log_sum_tile, relative_tile
 from subgoal.candidates import Candidates
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.fixed_table import FixedTable
+from subgoal.likelihood.source import Confidence, Levels, Source
 from subgoal.runtime.checks import Floats, Ints, frozen, positive, real_array
 from subgoal.runtime.errors import InputError
 from subgoal.runtime.executor import run_all
@@ -22,43 +23,8 @@ from subgoal.runtime.executor import run_all
 DENSE_ENTRIES = 2**25
 """Largest N·G that is held whole (256 MiB, and as much again while sampling); above it the table is tiled."""
 TILE_ENTRIES = 2**17
+SOON_MADE = 2**21
 MOST_CONFIDENCE = 1e9
-
-
-@dataclass(frozen=True)
-class DistanceLaw:
-    """Law of the distance r = ‖a − a_CL‖ (in units of the scale) under log density −αr − log Z.
-
-    ``upper`` is where a picture of it may end.
-    """
-
-    log_normaliser: float
-    cdf: Callable[[Floats], Floats]
-    upper: float
-
-
-class Source(Protocol):
-    """Where the numbers come from: anything that can give complete log densities for a block of observations."""
-
-    @property
-    def kind(self) -> str:
-        """A word for provenance, e.g. "directions"."""
-
-    @property
-    def uninformative(self) -> NDArray[np.bool_]:
-        """(N,) observations whose row is the same for every candidate."""
-
-    def log_density(self, start: int, stop: int, confidence: float) -> Floats:
-        """(stop − start, G) values of log p(a_i | s_i, g)."""
-
-    def log_marginal(self, start: int, stop: int, confidence: float, log_prior: Floats) -> Floats | None:
-        """(stop − start,) values of log Σ_g p_g L_ig without holding the rows; None if there is no shorter way."""
-
-    def arrived(self, start: int, stop: int) -> NDArray[np.bool_]:
-        """(stop − start, G) True where the observation is at the candidate."""
-
-    def distance_law(self, confidence: float) -> DistanceLaw | None:
-        """How ‖a − a_CL‖ is distributed if the model is right; None if there is no such distance."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,27 +36,41 @@ class LogLikelihood:
     source:
         Gives blocks of rows.
     confidence:
-        α, nats per unit of the source's scale (docs/conventions).
+        α, nats per unit of the source's scale (docs/conventions); or one for each candidate (G,), or a law of it.
     candidates, demonstrations:
         The columns and the rows.
     dense_entries:
         Up to this many entries the table is held whole.
+    background:
+        Prior probability of no subgoal at all: if above zero, one more column, the last, in which every action is as
+        likely as any other.
+    weight:
+        (N,) how many independent observations each one counts for: its row is multiplied by it. None: one.
     """
 
     source: Source
-    confidence: float
+    confidence: Confidence | Levels
     candidates: Candidates
     demonstrations: Demonstrations
     dense_entries: int = DENSE_ENTRIES
+    background: float = 0.0
+    weight: Any = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "confidence", positive("confidence", self.confidence))
-        if self.confidence > MOST_CONFIDENCE:
-            raise InputError("confidence", found=self.confidence, wanted=f"at most {MOST_CONFIDENCE:g}")
+        if not isinstance(self.confidence, Levels):
+            object.__setattr__(self, "confidence", _confidence(self.confidence, self.candidates.n_candidates))
+        share = positive("background", self.background, zero=True)
+        if share >= 1:
+            raise InputError("background", found=share, wanted="a probability below 1")
+        if self.weight is not None:
+            object.__setattr__(self, "weight", _weights(self.weight, self.n_observations))
 
     def __repr__(self) -> str:
         size = f"{self.n_observations} × {self.n_candidates} {'held' if self.is_dense else 'tiled'}"
-        return f"LogLikelihood({self.source.kind}, {size}, confidence {self.confidence:g})"
+        law = self.confidence
+        return (
+            f"LogLikelihood({self.source.kind}, {size}, confidence {f'{law:g}' if isinstance(law, float) else 'law'})"
+        )
 
     @classmethod
     def from_table(
@@ -126,13 +106,16 @@ class LogLikelihood:
 
     @property
     def n_candidates(self) -> int:
-        """G."""
-        return self.candidates.n_candidates
+        """G, and one more if there is a background."""
+        return self.candidates.n_candidates + (self.background > 0)
 
-    @property
+    @cached_property
     def log_prior(self) -> Floats:
-        """(G,) log P(g)."""
-        return self.candidates.log_prior  # type: ignore[no-any-return]
+        """(G,) log P(g), the background's last."""
+        places: Floats = self.candidates.log_prior
+        if not self.background:
+            return places
+        return np.append(places + np.log1p(-self.background), np.log(self.background))
 
     @property
     def offset(self) -> Ints:
@@ -144,22 +127,60 @@ class LogLikelihood:
         """Whether the whole table is held."""
         return self.n_observations * self.n_candidates <= self.dense_entries
 
-    def at(self, confidence: float) -> LogLikelihood:
+    def at(self, confidence: Confidence | Levels) -> LogLikelihood:
         """The same table at another confidence, from the stored actions and candidates."""
         table = replace(self, confidence=confidence)
         table.rows(0, 1)
         return table
 
+    def with_background(self, share: float) -> LogLikelihood:
+        """The same table with one more column for behaviour that no subgoal explains, of prior probability ``share``.
+
+        Exploration, standing about: every action is as likely as any other. Observations that most likely have none
+        are assigned −1.
+        """
+        return replace(self, background=share)
+
+    def weighted(self, weight: Any) -> LogLikelihood:
+        """The same table with each observation counted as ``weight`` independent ones, a number or (N,).
+
+        The likelihood is raised to that power: a fraction for observations in quick succession, whose errors are
+        correlated. Raises ``InputError`` for numbers that are not above zero.
+        """
+        return replace(self, weight=weight)
+
     def rows(self, start: int, stop: int) -> Floats:
         """(stop − start, G) log densities."""
-        return self.source.log_density(start, stop, self.confidence)
+        return self._completed(start, self._densities(start, stop))
+
+    def hold(self, densities: Floats) -> None:
+        """Take (N, places) log densities that are known already, before anything else is asked of this table."""
+        if self.is_dense:
+            self.__dict__["dense"] = frozen(self._completed(0, densities))
+
+    def _completed(self, start: int, densities: Floats) -> Floats:
+        """With the background's column, and every row times its weight."""
+        stop = start + len(densities)
+        if self.background:
+            densities = np.column_stack([densities, self.source.log_flat(start, stop)])
+        return densities if self.weight is None else np.asarray(densities * self.weight[start:stop, None])
+
+    def _densities(self, start: int, stop: int) -> Floats:
+        law = self.confidence
+        if not isinstance(law, Levels):
+            return self.source.log_density(start, stop, law)
+        parts = [
+            self.source.log_density(start, stop, level) + np.log(share)
+            for level, share in zip(law.confidences.tolist(), law.shares.tolist(), strict=True) if share > 0
+        ]  # fmt: skip
+        return np.asarray(np.logaddexp.reduce(parts, axis=0))
 
     @cached_property
     def dense(self) -> Floats | None:
         """(N, G) the whole table, read-only, or None when it is tiled."""
         if not self.is_dense:
             return None
-        blocks = run_all(self.rows, self._blocks(), workers=None)
+        blocks = run_all(self.rows, self._blocks(), workers=self._workers)
         return np.asarray(frozen(np.concatenate(blocks)))
 
     def tiles(self) -> Iterator[tuple[int, Floats]]:
@@ -179,7 +200,7 @@ class LogLikelihood:
 
         Raises ``InputError`` for an observation that is impossible under every candidate, or not a number.
         """
-        parts = run_all(self._log_marginal_rows, self._blocks(), workers=None)
+        parts = run_all(self._log_marginal_rows, self._blocks(), workers=self._workers)
         values = np.concatenate(parts)
         if not np.isfinite(values).all():
             i = int(np.argmax(~np.isfinite(values)))
@@ -202,16 +223,24 @@ class LogLikelihood:
 
     @cached_property
     def arrived(self) -> sparse.csr_array:
-        """(N, G) sparse booleans: which observation is at which candidate."""
+        """(N, G) sparse booleans: which observation is at which candidate; none is at the background."""
         blocks = [sparse.csr_array(self.source.arrived(a, b)) for a, b in self._blocks()]
-        return sparse.csr_array(sparse.vstack(blocks))
+        found = sparse.csr_array(sparse.vstack(blocks))
+        shape = self.n_observations, self.n_candidates
+        return sparse.csr_array((found.data, found.indices, found.indptr), shape=shape)
+
+    @property
+    def _workers(self) -> int | None:
+        """One thread for a table that is made in a moment."""
+        return 1 if self.n_observations * self.n_candidates <= SOON_MADE else None
 
     def _blocks(self) -> list[tuple[int, int]]:
         return list(pairwise(self.edges.tolist()))
 
     def _log_marginal_rows(self, start: int, stop: int) -> Floats:
-        if not self.is_dense:
-            short = self.source.log_marginal(start, stop, self.confidence, self.log_prior)
+        plain = self.weight is None and not self.background and isinstance(self.confidence, float)
+        if not self.is_dense and plain:
+            short = self.source.log_marginal(start, stop, cast(float, self.confidence), self.log_prior)
             if short is not None:
                 return short
         tile = self.rows(start, stop) if self.dense is None else self.dense[start:stop]
@@ -220,30 +249,24 @@ class LogLikelihood:
         return out
 
 
-@dataclass(frozen=True, eq=False)
-class FixedTable:
-    """A source of numbers that are already there."""
+def _confidence(given: Any, count: int) -> Confidence:
+    """A number above zero, or (G,) of them."""
+    if np.ndim(given) == 0:
+        number = positive("confidence", given)
+        if number > MOST_CONFIDENCE:
+            raise InputError("confidence", found=number, wanted=f"at most {MOST_CONFIDENCE:g}")
+        return number
+    values = real_array("confidence", given, ndim=1)
+    if values.shape != (count,) or not ((values > 0) & (values <= MOST_CONFIDENCE)).all():
+        found = f"shape {values.shape}, from {values.min():g} to {values.max():g}" if values.size else "none"
+        raise InputError("confidence", found=found, wanted=f"({count},) numbers above 0, at most {MOST_CONFIDENCE:g}")
+    return np.asarray(frozen(values))
 
-    values: Floats
-    kind: str = field(default="table", init=False)
 
-    @property
-    def uninformative(self) -> NDArray[np.bool_]:
-        """(N,) rows in which every candidate is equally likely."""
-        return np.asarray((self.values == self.values[:, :1]).all(axis=1))
-
-    def log_density(self, start: int, stop: int, confidence: float) -> Floats:
-        """Rows as given; only confidence 1 is known of such a table."""
-        if confidence != 1.0:
-            raise InputError("confidence", found=confidence, wanted="1, for a table of given numbers")
-        return self.values[start:stop]
-
-    def log_marginal(self, start: int, stop: int, confidence: float, log_prior: Floats) -> None:
-        """No shorter way."""
-
-    def arrived(self, start: int, stop: int) -> NDArray[np.bool_]:
-        """Nothing is known of places."""
-        return np.zeros(self.values[start:stop].shape, bool)
-
-    def distance_law(self, confidence: float) -> None:
-        """Nothing is known of distances."""
+def _weights(given: Any, count: int) -> Floats:
+    """(N,) numbers above zero."""
+    values = real_array("weight", np.broadcast_to(np.asarray(given, float), (count,)), ndim=1)
+    if not (values > 0).all():
+        i = int(np.argmax(~(values > 0)))
+        raise InputError("weight", where=f"observation {i}", found=values[i], wanted="a number above 0")
+    return np.asarray(frozen(values))

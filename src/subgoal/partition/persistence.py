@@ -11,7 +11,7 @@ import numpy as np
 from subgoal._kernels import collapsed_blocks as blocks
 from subgoal._kernels import persistence as loops
 from subgoal._kernels.counts import log_assignment_prior
-from subgoal.partition.priors import Beta, log_weights, probability_of
+from subgoal.partition.priors import Beta, log_weights, probability_of, slice_draw
 from subgoal.partition.protocol import (
     FIRST_TABLES,
     Arrays,
@@ -24,6 +24,9 @@ from subgoal.partition.protocol import (
 )
 from subgoal.runtime.checks import Bools, Floats, Ints
 
+UNIFORM = Beta()
+LOGITS = 27.0
+"""ρ stays within e^−27 of zero and of one."""
 RUN_TABLE = 2**24
 """Most entries of the table of runs by candidates; above it runs are moved together and not one by one."""
 
@@ -45,7 +48,7 @@ class Persistent:
         ρ where the state is at the current subgoal (an arrival ends a subgoal mostly); None: the same as elsewhere.
     """
 
-    keep: float | Beta = Beta()
+    keep: float | Beta = UNIFORM
     keep_there: float | Beta | None = None
 
     def __post_init__(self) -> None:
@@ -54,7 +57,7 @@ class Persistent:
             probability_of("persistence at the subgoal", self.keep_there)
 
     @property
-    def __name__(self) -> str:  # noqa: A003
+    def __name__(self) -> str:
         return "persistent" if self.keep_there is None else "persistent until arrival"
 
     def __call__(self, chain: Chain, keep: Bools) -> Stretch:
@@ -113,12 +116,12 @@ class _Steps:
         self.counts = np.bincount(self.theta[self.redrawn], minlength=self.table.n_candidates)
 
     def sweep(self) -> None:
-        """Weights, then the path, then the runs, then the probabilities."""
+        """Weights, then the probabilities of keeping, then the path, then the runs."""
         weights = np.exp(log_weights(self.chain.concentration * self.prior + self.counts, self.chain.generator))
+        self._draw_probabilities(weights)
         self._draw_path(weights)
         self._move_runs()
         self._recount()
-        self._draw_probabilities()
 
     def _draw_path(self, weights: Floats) -> None:
         """Forward over all rows, keeping the law at the edges of blocks; backward with each block filtered again."""
@@ -188,17 +191,20 @@ class _Steps:
             )
         return sums
 
-    def _draw_probabilities(self) -> None:
-        counts = self._steps()
+    def _draw_probabilities(self, weights: Floats) -> None:
+        """Given θ and the weights, with summed out whether a step that stays kept its subgoal or redrew the same."""
+        repeats = np.empty((2, weights.size), np.int64)
+        changes = loops.count_repeats(self.theta, self.first, self.there_from, self.there, repeats)
         model, generator = self.model, self.chain.generator
         if model.keep_there is None:
             if isinstance(model.keep, Beta):
-                self.keep = self.keep_there = model.keep.draw(*(int(n) for n in counts.sum(axis=1)), generator)
+                self.keep = draw_keep(self.keep, model.keep, repeats.sum(axis=0), sum(changes), weights, generator)
+            self.keep_there = self.keep
             return
         if isinstance(model.keep, Beta):
-            self.keep = model.keep.draw(int(counts[0, 0]), int(counts[1, 0]), generator)
+            self.keep = draw_keep(self.keep, model.keep, repeats[0], changes[0], weights, generator)
         if isinstance(model.keep_there, Beta):
-            self.keep_there = model.keep_there.draw(int(counts[0, 1]), int(counts[1, 1]), generator)
+            self.keep_there = draw_keep(self.keep_there, model.keep_there, repeats[1], changes[1], weights, generator)
 
     def _steps(self) -> Ints:
         counts = np.empty((2, 2), np.int64)
@@ -219,6 +225,24 @@ class _Steps:
         for law, chance in ((self.model.keep, self.keep), (self.model.keep_there, self.keep_there)):
             value += law.log_density(chance) if isinstance(law, Beta) else 0.0
         return fit, value
+
+
+def draw_keep(
+    keep: float, law: Beta, repeats: Ints, changes: int, weights: Floats, generator: np.random.Generator
+) -> float:
+    """ρ by a slice on its logit: steps that stay with g have probability ρ + (1 − ρ)·w_g, those that change 1 − ρ."""
+    used = np.flatnonzero(repeats)
+    number, weight = repeats[used], weights[used]
+
+    def log_density(logit: float) -> float:
+        if not -LOGITS < logit < LOGITS:
+            return -math.inf
+        rho = 1 / (1 + math.exp(-logit))
+        fit = float(number @ np.log(rho + (1 - rho) * weight)) + changes * math.log1p(-rho)
+        return fit + law.log_density(rho) + math.log(rho) + math.log1p(-rho)
+
+    logit = slice_draw(log_density, math.log(keep) - math.log1p(-keep), 1.0, generator)
+    return 1 / (1 + math.exp(-logit))
 
 
 def _start(law: float | Beta) -> float:

@@ -81,11 +81,6 @@ class Beta:
         norm = math.lgamma(self.a + self.b) - math.lgamma(self.a) - math.lgamma(self.b)
         return norm + (self.a - 1) * math.log(x) + (self.b - 1) * math.log1p(-x)
 
-    def draw(self, hits: int, misses: int, generator: np.random.Generator) -> float:
-        """From the posterior after ``hits`` and ``misses``, kept inside (0, 1)."""
-        value = float(generator.beta(self.a + hits, self.b + misses))
-        return min(max(value, 1e-12), 1 - 1e-12)
-
 
 def concentration_of(value: float | Gamma) -> float | Gamma:
     """A checked concentration: a number above zero, or its prior."""

@@ -1,0 +1,111 @@
+"""How many independent observations a recording is worth: the autocorrelation time of the errors of its actions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from subgoal.likelihood.source import Assigned, Levels
+from subgoal.likelihood.table import LogLikelihood
+from subgoal.posterior.posterior import Posterior
+from subgoal.runtime.checks import Bools, Floats, Ints, whole
+from subgoal.runtime.errors import InputError
+
+DRAWS = 40
+"""Draws over which errors are averaged."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Serial correlation of the errors that a posterior leaves.
+
+    Attributes
+    ----------
+    correlation:
+        (K,) correlation of the scores of observations k steps apart in one trajectory, from k = 0.
+    time:
+        τ = 1 + 2·Σ correlation, in observations: so many in a row count as one.
+    weight:
+        1/τ, at most 1: the power to which likelihoods are raised.
+    """
+
+    correlation: Floats
+    time: float
+    weight: float
+
+
+def evidence(posterior: Posterior, *, draws: int = DRAWS) -> Evidence:
+    """Autocorrelation time of the scores ∂ log p(a_i | s_i, θ_i) / ∂(action asked for), over draws of θ.
+
+    For a sum of dependent terms the likelihood is too sure by the factor by which the variance of its score exceeds
+    that of independent terms, which is τ; raised to the power 1/τ it has the right information (the magnitude
+    adjustment of composite likelihoods: Pauli, Racugno & Ventura 2011). The sum over lags ends before the first two
+    neighbouring ones that are together not positive (Geyer 1992).
+
+    Raises ``InputError`` when the assignments were not kept, or the likelihood is a plain table.
+    """
+    likelihood = posterior.likelihood
+    if posterior.assignments is None or likelihood is None:
+        raise InputError("posterior", found="no assignments, or no likelihood", wanted="both",
+                         hint="sample again with a larger memory_budget, or fewer draws")  # fmt: skip
+    flat = posterior.assignments.reshape(-1, posterior.n_observations)
+    chosen = flat[np.unique(np.linspace(0, len(flat) - 1, whole("draws", draws)).astype(int))]
+    trajectory = posterior.demonstrations.trajectory
+    products, squares = _Lags(trajectory), 0.0
+    parts = [scores(likelihood, theta) for theta in chosen]
+    squares = float(
+        np.mean([(score[spoken] ** 2).sum(axis=1).mean() for score, spoken in parts if spoken.any()] or [0])
+    )
+    correlation, time = [1.0], 1.0
+    for lag in range(1, products.longest, 2):
+        pair = [products.mean(parts, each) / squares if squares > 0 else 0.0 for each in (lag, lag + 1)]
+        if not sum(pair) > 0:
+            break
+        correlation += pair
+        time += 2 * sum(pair)
+    return Evidence(np.array(correlation), time, min(1.0, 1.0 / time))
+
+
+def scores(likelihood: LogLikelihood, theta: Ints) -> tuple[Floats, Bools]:
+    """(N, k) scores, and (N,) which observations have one: those that serve a candidate and are asked for an action."""
+    served = np.asarray(theta) >= 0
+    told = likelihood.source.assigned(np.where(served, theta, 0))
+    law = likelihood.confidence
+    if isinstance(law, Levels):
+        score = _of_levels(told, law)
+    else:
+        score = told.score(law if np.ndim(law) == 0 else np.asarray(law)[np.where(served, theta, 0)])
+    spoken = served & (score != 0).any(axis=1)
+    return np.where(spoken[:, None], score, 0.0), spoken
+
+
+def _of_levels(told: Assigned, law: Levels) -> Floats:
+    """Scores averaged over the level that each observation may have had."""
+    log_weight = np.stack([told.log_density(alpha) for alpha in law.confidences.tolist()])
+    with np.errstate(divide="ignore"):
+        log_weight += np.log(law.shares)[:, None]
+    weight = np.exp(log_weight - log_weight.max(axis=0))
+    weight /= weight.sum(axis=0)
+    parts = [w[:, None] * told.score(alpha) for w, alpha in zip(weight, law.confidences.tolist(), strict=True)]
+    return np.asarray(sum(parts))
+
+
+class _Lags:
+    """Pairs of observations of one trajectory, so many steps apart."""
+
+    def __init__(self, trajectory: Ints) -> None:
+        self.trajectory = trajectory
+        self.longest = int(np.bincount(trajectory).max())
+
+    def mean(self, parts: list[tuple[Floats, Bools]], lag: int) -> float:
+        """Mean product of the scores of pairs that both have one."""
+        if lag >= self.longest:
+            return 0.0
+        together = self.trajectory[lag:] == self.trajectory[:-lag]
+        total, count = 0.0, 0
+        for score, spoken in parts:
+            both = together & spoken[lag:] & spoken[:-lag]
+            total += float((score[lag:][both] * score[:-lag][both]).sum())
+            count += int(both.sum())
+        return total / count if count else 0.0
