@@ -147,8 +147,8 @@ def test_the_compiled_loop_equals_its_python_form() -> None:
     values[1, 2] = -np.inf
     rows, actions = np.array([0, 1, 3]), np.array([2, 0, 1])
     made = np.empty((2, 3, 5))
-    softmax_tile(values, rows, actions, 3.0, made[0])
-    softmax_tile.py_func(values, rows, actions, 3.0, made[1])
+    softmax_tile(values, rows, actions, np.full(5, 3.0), made[0])
+    softmax_tile.py_func(values, rows, actions, np.full(5, 3.0), made[1])
     np.testing.assert_allclose(made[0], made[1], rtol=1e-13)
     np.testing.assert_allclose(made[0], log_softmax(3.0 * values[rows], axis=1)[np.arange(3), actions], rtol=1e-12)
 

@@ -196,7 +196,7 @@ def test_missing_or_wrong_fields(saved: Path, tmp_path: Path) -> None:
     header, arrays = read_archive(saved, "posterior")
     path = tmp_path / "p"
     for name in arrays:
-        if name.startswith(("trace_", "parameter_", "times", "assignments")):
+        if name.startswith(("trace_", "parameter_", "noise_", "times", "assignments")):
             continue
         write_archive(path, "posterior", header, {k: v for k, v in arrays.items() if k != name}, keep_previous=False)
         assert_refused(path)

@@ -12,7 +12,8 @@ from numba import njit
 def direction_row(unit, state, goals, period, near, confidence, log_normaliser, log_uniform, squared, out):
     """Write ``out`` (G,): −α‖u − û_g‖ − log Z, or the uniform density where the candidate is within ``near``.
 
-    ``unit`` (d,), ``state`` (d,), ``goals`` (d, G) and ``period`` (d,) are in weighted units; ``squared`` (G,) is room.
+    ``unit`` (d,), ``state`` (d,), ``goals`` (d, G) and ``period`` (d,) are in weighted units; ``confidence`` and
+    ``log_normaliser`` are (G,); ``squared`` (G,) is room.
     """
     d, g_count = goals.shape
     for g in range(g_count):
@@ -39,7 +40,7 @@ def direction_row(unit, state, goals, period, near, confidence, log_normaliser, 
                 out[g] += (along - (gap - period[k] * np.rint(gap / period[k])) / sqrt(squared[g])) ** 2
     limit = near * near
     for g in range(g_count):
-        out[g] = log_uniform if squared[g] <= limit else -confidence * sqrt(out[g]) - log_normaliser
+        out[g] = log_uniform if squared[g] <= limit else -confidence[g] * sqrt(out[g]) - log_normaliser[g]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

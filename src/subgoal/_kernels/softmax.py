@@ -12,7 +12,7 @@ from numba import njit
 def softmax_tile(values, rows, actions, confidence, out):
     """Write ``out`` (B, G): α·Q(s, a) − log Σ_b exp(α·Q(s, b)) for row and action of each of B pairs.
 
-    ``values`` (U, A, G) are −inf for illegal actions, which have no part in the sum.
+    ``confidence`` is (G,); ``values`` (U, A, G) are −inf for illegal actions, which have no part in the sum.
     """
     n_actions, g_count = values.shape[1], values.shape[2]
     peak, total = np.empty(g_count), np.empty(g_count)
@@ -25,6 +25,6 @@ def softmax_tile(values, rows, actions, confidence, out):
                 peak[g] = table[a, g] if table[a, g] > peak[g] else peak[g]
         for a in range(n_actions):
             for g in range(g_count):
-                total[g] += exp(confidence * (table[a, g] - peak[g]))
+                total[g] += exp(confidence[g] * (table[a, g] - peak[g]))
         for g in range(g_count):
-            out[i, g] = confidence * (table[actions[i], g] - peak[g]) - log(total[g])
+            out[i, g] = confidence[g] * (table[actions[i], g] - peak[g]) - log(total[g])

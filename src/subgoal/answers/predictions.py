@@ -161,7 +161,7 @@ def _policies(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
     )  # fmt: skip
     chances: Floats = plan.action_values
     chances -= chances.max(axis=1, keepdims=True)
-    chances *= posterior.settings.confidence
+    chances *= posterior.confidence
     np.exp(chances, out=chances)
     chances /= chances.sum(axis=1, keepdims=True)
     return chances, row
@@ -177,14 +177,14 @@ def _checked(source: PlannedActions, states: Any) -> Ints:
 
 def _weights(posterior: Posterior) -> Floats:
     """(G,) (E[n_g | O] + ηp_g) / (N + η)."""
-    n, concentration = posterior.n_observations, posterior.settings.concentration
+    n, concentration = posterior.n_observations, posterior.concentration
     prior = np.exp(posterior.candidates.log_prior)
     return np.asarray((posterior.expected_shares * n + concentration * prior) / (n + concentration))
 
 
 def _local_weights(posterior: Posterior, near: Floats) -> Floats:
     """(M, G) weights for κ (M, N), each row summing to one."""
-    prior = posterior.settings.concentration * np.exp(posterior.candidates.log_prior)
+    prior = posterior.concentration * np.exp(posterior.candidates.log_prior)
     weights = near @ posterior.shares + prior
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 

@@ -114,7 +114,9 @@ class Chain:
 class Sampler(Protocol):
     """A function that advances a chain by ``len(keep)`` sweeps; ``keep`` marks those whose assignments are wanted."""
 
-    __name__: str
+    @property
+    def __name__(self) -> str:
+        """What it is called in settings and reports."""
 
     def __call__(self, chain: Chain, keep: Bools) -> Stretch:
         """See the class."""

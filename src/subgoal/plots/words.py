@@ -91,7 +91,7 @@ def decimals(extent: float, parts: float = 300.0) -> int:
 
 def reading(posterior: Posterior, residuals: Residuals) -> str:
     """What the residuals say of the confidence, in one sentence."""
-    confidence = f"confidence {posterior.settings.confidence:g}"
+    confidence = f"confidence {posterior.confidence:g}"
     if not residuals.transform.size:
         return "No observation says anything of its distance."
     ordered = np.sort(residuals.transform)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,8 @@ from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations, Source
 from subgoal.likelihood.action_comparison import action_comparison
 from subgoal.likelihood.planned_actions import planned_actions
+from subgoal.likelihood.source import Levels
+from subgoal.likelihood.table import LogLikelihood
 from subgoal.mdp.planners.subgoal_plan import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.checksum import checksum_of
@@ -51,6 +53,11 @@ def save(posterior: Posterior, path: str | Path) -> Path:
         arrays["goal_offset"] = np.cumsum([0, *(len(each) for each in candidates.goal_sets)])
     if posterior.assignments is not None:
         arrays["assignments"] = posterior.assignments
+    if posterior.likelihood is not None:
+        arrays |= _Noise.of(posterior.likelihood).arrays()
+    if posterior.redraws is not None:
+        drawn = posterior.redraws
+        arrays |= {"redraw_offset": drawn.offset, "redraw_candidate": drawn.candidate, "redraw_count": drawn.count}
     header = {
         "settings": asdict(posterior.settings), "status": posterior.status.name, "seconds": posterior.seconds,
         "diagnostics": {name: asdict(each) for name, each in posterior.diagnostics.items()},
@@ -76,7 +83,9 @@ def load(path: str | Path, *, mdp: TabularMDP | None = None, convention: Convent
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as problem:
         raise StorageError("posterior file", where=str(path), found=f"a missing or wrong field ({problem})",
                            wanted="all fields of a posterior") from None  # fmt: skip
-    return posterior if mdp is None else _planned_again(posterior, mdp, convention)
+    if mdp is None:
+        return posterior
+    return _planned_again(posterior, mdp, convention, _Noise.read(arrays, posterior.settings))
 
 
 def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Posterior:
@@ -93,9 +102,9 @@ def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Poste
     settings = Settings(**header["settings"])
     shape = demos.n_observations, candidates.n_candidates
     shares = sparse.csr_array((arrays["share_data"], arrays["share_indices"], arrays["share_indptr"]), shape=shape)
-    remade = (
-        action_comparison(demos, candidates, confidence=settings.confidence) if settings.likelihood == REMADE else None
-    )
+    remade = None
+    if settings.likelihood == REMADE:
+        remade = _Noise.read(arrays, settings).given_to(action_comparison(demos, candidates))
     return Posterior(
         demonstrations=demos, candidates=candidates, settings=settings, assignments=arrays.get("assignments"),
         counts=CountDraws(arrays["count_offset"], arrays["count_candidate"], arrays["count"]), shares=shares,
@@ -103,20 +112,56 @@ def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Poste
         traces=_prefixed(arrays, "trace_"), parameters=_prefixed(arrays, "parameter_"),
         diagnostics={name: Diagnostic(**each) for name, each in header["diagnostics"].items()},
         status=Status[header["status"]], uninformative=arrays["uninformative"], seconds=header["seconds"],
-        likelihood=remade,
+        likelihood=remade, redraws=_redraws(arrays),
     )  # fmt: skip
 
 
-def _planned_again(posterior: Posterior, mdp: TabularMDP, convention: Convention) -> Posterior:
+def _planned_again(posterior: Posterior, mdp: TabularMDP, convention: Convention, noise: _Noise) -> Posterior:
     settings = posterior.settings
     if settings.likelihood != PLANNED:
         raise StorageError("mdp", found=f"a posterior of {settings.likelihood!r}", wanted=f"one of {PLANNED!r}")
-    likelihood = planned_actions(
-        posterior.demonstrations, posterior.candidates, mdp, confidence=settings.confidence, convention=convention
-    )
+    fresh = planned_actions(posterior.demonstrations, posterior.candidates, mdp, convention=convention)
+    likelihood = noise.given_to(replace(fresh, demonstrations=posterior.demonstrations))
     if checksum_of(likelihood) != settings.data:
         raise StorageError("mdp", found="another world, discount or convention", wanted="those of the posterior")
-    return replace(posterior, likelihood=replace(likelihood, demonstrations=posterior.demonstrations))
+    return replace(posterior, likelihood=likelihood)
+
+
+@dataclass(frozen=True, eq=False)
+class _Noise:
+    """What a likelihood has beside its source: confidence (or levels and their shares), weight and background."""
+
+    confidence: Any
+    shares: Any
+    weight: Any
+    background: float
+
+    @classmethod
+    def of(cls, likelihood: LogLikelihood) -> _Noise:
+        law = likelihood.confidence
+        confidence, shares = (law.confidences, law.shares) if isinstance(law, Levels) else (law, None)
+        return cls(np.asarray(confidence), shares, likelihood.weight, likelihood.background)
+
+    @classmethod
+    def read(cls, arrays: dict[str, NDArray[Any]], settings: Settings) -> _Noise:
+        """As ``arrays`` of a file have it; older files have the confidence among the settings."""
+        confidence = arrays.get("noise_confidence", np.asarray(settings.confidence))
+        confidence = confidence.reshape(()) if confidence.size == 1 else confidence
+        return cls(confidence, arrays.get("noise_shares"), arrays.get("noise_weight"), settings.background)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        held = {"noise_confidence": self.confidence, "noise_shares": self.shares, "noise_weight": self.weight}
+        return {name: values for name, values in held.items() if values is not None}
+
+    def given_to(self, likelihood: LogLikelihood) -> LogLikelihood:
+        law = self.confidence if self.shares is None else Levels(self.confidence, self.shares)
+        return replace(likelihood, confidence=law, weight=self.weight, background=self.background)
+
+
+def _redraws(arrays: dict[str, NDArray[Any]]) -> CountDraws | None:
+    if "redraw_count" not in arrays:
+        return None
+    return CountDraws(arrays["redraw_offset"], arrays["redraw_candidate"], arrays["redraw_count"])
 
 
 def _goal_sets(arrays: dict[str, NDArray[Any]]) -> list[NDArray[Any]] | None:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from subgoal.likelihood.table import FixedTable, LogLikelihood
+import numpy as np
+
+from subgoal.likelihood.fixed_table import FixedTable
+from subgoal.likelihood.table import LogLikelihood
 from subgoal.storage.archive import digest_arrays
 
 
 def checksum_of(likelihood: LogLikelihood) -> str:
-    """One checksum of what the table is made from: given numbers in full, a computed table by its marginals."""
+    """One checksum of what the table is made from: given numbers in full, a computed table by its marginals.
+
+    The confidence has no part in it: that is a setting.
+    """
     demos, candidates, source = likelihood.demonstrations, likelihood.candidates, likelihood.source
-    marginal = likelihood.log_marginal
-    probe = source.values if isinstance(source, FixedTable) else marginal
+    probe = source.values if isinstance(source, FixedTable) else likelihood.at(source.unit).log_marginal
+    weight = np.empty(0) if likelihood.weight is None else likelihood.weight
     return digest_arrays(
         demos.states, demos.actions, demos.offset, candidates.points, candidates.log_prior, candidates.radius,
-        candidates.metric.weights, candidates.metric.period, probe,
+        candidates.metric.weights, candidates.metric.period, probe, weight,
     )  # fmt: skip

@@ -15,6 +15,7 @@ HELD_SHARE = 0.25
 """Assignments are held whole while they fit in this share of the budget."""
 SPREAD = 64
 """Candidates in which one observation's draws are expected to lie, at most."""
+LEARNED_GUESS = 5.0
 HINT = "fewer candidates, a smaller dense_entries, or a larger memory_budget"
 
 
@@ -39,7 +40,7 @@ def refuse_above_budget(likelihood: LogLikelihood, settings: Settings, budget: f
     n, g_count = likelihood.n_observations, likelihood.n_candidates
     budget = positive("memory_budget", budget)
     table = 16.0 * n * g_count if likelihood.is_dense else 0.0
-    sums = 8.0 * g_count * (64 + 2 * expected_clusters(n, settings.concentration))
+    sums = 8.0 * g_count * (64 + 2 * expected_clusters(n, _concentration(settings)))
     tallies = 24.0 * n * min(g_count, SPREAD)
     chain = sums + tallies + 100.0 * n + 24.0 * settings.sweeps
     draws = 4.0 * settings.chains * settings.draws * n if holds_assignments(n, settings, budget) else 0.0
@@ -53,3 +54,8 @@ def refuse_growth(active: int, n_candidates: int, chains: int, budget: float) ->
     needed = 16.0 * active * n_candidates * chains
     if needed > budget:
         raise BudgetError(f"sums of {active} clusters", needed=needed, budget=budget, hint=HINT)
+
+
+def _concentration(settings: Settings) -> float:
+    """η, or a guess where it is learned."""
+    return settings.concentration if isinstance(settings.concentration, float) else LEARNED_GUESS

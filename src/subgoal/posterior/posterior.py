@@ -15,14 +15,20 @@ from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior.diagnostics import Diagnostic, Status
 from subgoal.runtime.checks import Floats, Ints
 
+EXCHANGEABLE = "exchangeable"
+
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that decides the draws: with the same settings and data they are the same."""
+    """Everything that decides the draws: with the same settings and data they are the same.
+
+    ``concentration`` and ``confidence`` are numbers, or a prior in words where they were learned; ``model`` says how
+    subgoals follow each other.
+    """
 
     sampler: str
-    concentration: float
-    confidence: float
+    concentration: float | str
+    confidence: float | str
     chains: int
     draws: int
     warmup: int
@@ -31,6 +37,8 @@ class Settings:
     likelihood: str
     data: str
     version: str
+    model: str = EXCHANGEABLE
+    background: float = 0.0
 
     @property
     def sweeps(self) -> int:
@@ -65,6 +73,12 @@ class CountDraws:
         np.add.at(table, (self.row[inside], group[self.candidate[inside]]), self.count[inside])
         return table
 
+    def of_places(self, places: int) -> CountDraws:
+        """Without the counts of the background, which is numbered after the ``places`` candidates."""
+        inside = self.candidate < places
+        sizes = np.bincount(self.row[inside], minlength=self.offset.size - 1)
+        return CountDraws(np.append(0, np.cumsum(sizes)), self.candidate[inside], self.count[inside])
+
     def largest(self, ranks: int) -> Ints:
         """(rows, ranks) the largest counts of each draw, in falling order, zero where there are fewer."""
         order = np.lexsort((-self.count, self.row))
@@ -83,7 +97,7 @@ class Posterior:
     ----------
     assignments:
         (chain, draw, N) int32 candidate of each observation, −1 for background; None above the memory budget, when
-        ``counts`` and ``shares`` stand for them.
+        ``counts`` and ``shares`` stand for them. −1 is the background.
     counts:
         Observations per candidate in each draw.
     shares:
@@ -94,6 +108,9 @@ class Posterior:
         (chain, draw) log p(θ, O) at dish level, and Σ ℓ[i, θ_i].
     parameters:
         Whatever else was sampled, each (chain, draw, ...).
+    redraws:
+        How often each candidate was drawn from the shared weights in each draw, where that is not once for each
+        observation (subgoals that persist); None otherwise.
     traces:
         "n_active" (distinct candidates in use), "log_joint" and "loss" (mean −ℓ[i, θ_i], nats per observation), each
         (chain, sweep), warm-up included.
@@ -118,6 +135,7 @@ class Posterior:
     uninformative: NDArray[np.bool_]
     seconds: float
     parameters: dict[str, NDArray[Any]] = field(default_factory=dict)
+    redraws: CountDraws | None = None
     likelihood: LogLikelihood | None = None
 
     def __repr__(self) -> str:
@@ -143,3 +161,21 @@ class Posterior:
     def expected_shares(self) -> Floats:
         """(G,) expected share of the observations that serve each candidate: E[n_g | O] / N."""
         return np.asarray(self.shares.sum(axis=0)).ravel() / self.n_observations
+
+    @property
+    def concentration(self) -> float:
+        """η, or its posterior mean where it was learned."""
+        return self._learned("concentration", self.settings.concentration)
+
+    @property
+    def confidence(self) -> float:
+        """α, or the posterior mean of it (of its mean over observations, where there is a law of it)."""
+        return self._learned("confidence", self.settings.confidence)
+
+    @property
+    def background(self) -> Floats:
+        """(N,) P(no subgoal is behind the observation | O)."""
+        return np.clip(1 - np.asarray(self.shares.sum(axis=1)).ravel(), 0, 1)
+
+    def _learned(self, name: str, setting: float | str) -> float:
+        return float(self.parameters[name].mean()) if isinstance(setting, str) else setting

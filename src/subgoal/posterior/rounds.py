@@ -39,6 +39,8 @@ class Rounds:
     ) -> None:
         self._likelihood, self._sampler, self._settings = likelihood, sampler, settings
         self._workers, self._backend, self._budget = workers, backend, budget
+        fixed = settings.concentration
+        self._concentration = fixed if isinstance(fixed, float) else 1.0
         self._target = ROUND_SECONDS.get(backend, OTHER_ROUND_SECONDS)
         self._most = settings.thin * max(1, ROUND_DRAWS // likelihood.n_observations)
         self._length = 1
@@ -56,8 +58,7 @@ class Rounds:
         keep = self._kept(first, length)
         begin = time.monotonic()
         jobs = [
-            (self._sampler, Chain(self._likelihood, self._settings.concentration, r.generator, r.state), keep)
-            for r in records
+            (self._sampler, Chain(self._likelihood, self._concentration, r.generator, r.state), keep) for r in records
         ]
         answers = run_all(advance_chain, jobs, workers=self._workers, backend=self._backend)
         for record, (stretch, generator) in zip(records, answers, strict=True):

@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from scipy import sparse
-
+from subgoal.likelihood.noise import NoiseSpec
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.partition.alg4 import PRINTED_FORMS
 from subgoal.partition.collapsed_blocks import collapsed_blocks
-from subgoal.partition.protocol import Int32s, Sampler
+from subgoal.partition.priors import Gamma, concentration_of
+from subgoal.partition.protocol import Sampler
+from subgoal.posterior.assemble import assemble
 from subgoal.posterior.chains import ChainRecord
 from subgoal.posterior.checkpoint import Checkpoint
 from subgoal.posterior.checksum import checksum_of
-from subgoal.posterior.diagnostics import LARGEST_SHARES, Status, gate
+from subgoal.posterior.composed import composed, name_of, told, words
+from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.memory import allocate, holds_assignments, refuse_above_budget
-from subgoal.posterior.posterior import CountDraws, Posterior, Settings
+from subgoal.posterior.posterior import EXCHANGEABLE, Posterior, Settings
 from subgoal.posterior.rounds import Rounds
-from subgoal.runtime.checks import Floats, positive, whole
-from subgoal.runtime.errors import InputError, StoppedError
+from subgoal.runtime.checks import whole
+from subgoal.runtime.errors import InputError
 from subgoal.runtime.executor import worker_count
 from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
@@ -43,7 +41,9 @@ class ConvergenceWarning(UserWarning):
 def sample(
     likelihood: LogLikelihood,
     *,
-    concentration: float = 1.0,
+    concentration: float | Gamma = 1.0,
+    confidence: NoiseSpec | None = None,
+    model: Sampler | None = None,
     sampler: Sampler = collapsed_blocks,
     chains: int = 4,
     draws: int = 1000,
@@ -57,17 +57,25 @@ def sample(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Posterior:
-    """Draw assignments of observations to subgoals from the Chinese restaurant mixture posterior (thesis 4.3).
+    """Draw assignments of observations to subgoals from their posterior.
+
+    By default that of the Chinese restaurant mixture (thesis 4.3), in which the order of observations says nothing.
 
     Parameters
     ----------
     likelihood:
         The N × G table.
     concentration:
-        η of (2.8): larger expects more subgoals.
+        η of (2.8): larger expects more subgoals. A ``Gamma`` prior has it learned.
+    confidence:
+        None leaves α as the likelihood has it. ``OneConfidence``, ``OwnConfidence`` or ``NoiseLevels`` of
+        ``subgoal.models`` have it learned, from the action values or distances that the likelihood keeps.
+    model:
+        How subgoals follow each other: None, not at all; or one of ``subgoal.models`` with a sampler of its own, such
+        as ``Persistent()``.
     sampler:
-        A function of ``subgoal.samplers``. All give the same posterior but the ``alg4_literal`` forms, which the
-        thesis printed and which are biased; their status says so.
+        A function of ``subgoal.samplers``, for the exchangeable model. All give the same posterior but the
+        ``alg4_literal`` forms, which the thesis printed and which are biased; their status says so.
     chains, draws, warmup, thin, seed:
         Each chain makes ``warmup`` sweeps, then ``draws × thin``, keeping every ``thin``-th (the thesis's burn-in and
         lag). Chain k depends on ``seed`` and k alone.
@@ -99,10 +107,12 @@ def sample(
     """
     if not isinstance(likelihood, LogLikelihood):
         raise InputError("likelihood", found=type(likelihood).__name__, wanted="a LogLikelihood", hint=LIKELIHOOD_HINT)
+    advance, noise = composed(likelihood, sampler, model, concentration, confidence)
     settings = Settings(
-        _name(sampler), positive("concentration", concentration), likelihood.confidence, whole("chains", chains),
+        name_of(sampler if model is None else model), told(concentration_of(concentration)),
+        told(likelihood.confidence if confidence is None else confidence), whole("chains", chains),
         whole("draws", draws), whole("warmup", warmup, least=0), whole("thin", thin), whole("seed", seed, least=0),
-        likelihood.source.kind, "", VERSION,
+        likelihood.source.kind, "", VERSION, EXCHANGEABLE if model is None else words(model), likelihood.background,
     )  # fmt: skip
     refuse_above_budget(likelihood, settings, memory_budget)
     begin = time.monotonic()
@@ -118,12 +128,12 @@ def sample(
     if resume:
         _resume(keeper, records)
     likelihood.relative  # noqa: B018  (made once, here, for all chains)
-    rounds = Rounds(likelihood, sampler, settings, workers=worker_count(workers), backend=backend, budget=memory_budget)
+    rounds = Rounds(likelihood, advance, settings, workers=worker_count(workers), backend=backend, budget=memory_budget)
     _advance(rounds, records, keeper, progress or Silent(), settings.sweeps * settings.chains)
     complete = records[0].sweeps == settings.sweeps
     if keeper is not None and not complete:
         keeper.write(records)
-    posterior = _assemble(likelihood, settings, records, room, time.monotonic() - begin)
+    posterior = assemble(likelihood, noise, settings, records, room, time.monotonic() - begin)
     if keeper is not None and complete:
         keeper.remove()
     if posterior.status is not Status.CONVERGED:
@@ -149,62 +159,9 @@ def _advance(
                 raise
 
 
-def _name(sampler: Sampler) -> str:
-    if not callable(sampler):
-        raise InputError("sampler", found=repr(sampler), wanted="a function, such as subgoal.samplers.collapsed_blocks")
-    return str(getattr(sampler, "__name__", type(sampler).__name__))
-
-
 def _resume(keeper: Checkpoint | None, records: list[ChainRecord]) -> None:
     if keeper is None:
         raise InputError("resume", found="no checkpoint", wanted="the path of one")
     torn = keeper.restore(records)
     if torn:
         warnings.warn(torn, stacklevel=3)
-
-
-def _assemble(
-    likelihood: LogLikelihood, settings: Settings, records: Sequence[ChainRecord], room: Int32s | None, seconds: float
-) -> Posterior:
-    traces = {name: np.stack([r.trace(name) for r in records]) for name in ("n_active", "log_joint", "log_likelihood")}
-    kept = slice(settings.warmup + settings.thin - 1, None, settings.thin)
-    joint, fit = traces["log_joint"][:, kept], traces.pop("log_likelihood")
-    if not joint.size:
-        raise StoppedError("stopped during the warm-up: there are no draws yet to give")
-    counts = _count_draws(records)
-    n = likelihood.n_observations
-    summaries = _summaries(counts, joint, traces["n_active"][:, kept], n)
-    diagnostics, status = gate(
-        summaries, interrupted=traces["n_active"].shape[1] < settings.sweeps, biased=settings.sampler in PRINTED_FORMS
-    )
-    tally: Any = sum((record.tally for record in records[1:]), records[0].tally)
-    best = max(records, key=lambda record: record.best[0]).best[1]
-    return Posterior(
-        demonstrations=likelihood.demonstrations,
-        candidates=likelihood.candidates,
-        settings=settings,
-        assignments=room[:, : joint.shape[1]] if room is not None and records[0].room is not None else None,
-        counts=counts,
-        shares=sparse.csr_array(tally / joint.size),
-        best_assignment=best,
-        log_joint=joint,
-        log_likelihood=fit[:, kept],
-        traces={**traces, "loss": -fit / n},
-        diagnostics=diagnostics,
-        status=status,
-        uninformative=np.asarray(likelihood.source.uninformative),
-        seconds=seconds,
-        likelihood=likelihood,
-    )
-
-
-def _count_draws(records: Sequence[ChainRecord]) -> CountDraws:
-    sizes, candidates, counts = (np.concatenate(parts) for parts in zip(*(r.count_rows for r in records), strict=True))
-    return CountDraws(np.concatenate([[0], np.cumsum(sizes)]), candidates, counts)
-
-
-def _summaries(counts: CountDraws, joint: Floats, n_active: Floats, n: int) -> dict[str, Floats]:
-    """Label-invariant summaries (chain, draw): log joint, K, and the largest shares in falling order."""
-    largest = counts.largest(LARGEST_SHARES) / n
-    shares = {f"share {rank + 1}": largest[:, rank].reshape(joint.shape) for rank in range(LARGEST_SHARES)}
-    return {"log joint": joint, "K": n_active, **shares}

@@ -1,0 +1,7 @@
+"""How subgoals follow each other, and what is learned with which prior: arguments of ``subgoal.sample``."""
+
+from subgoal.likelihood.noise import NoiseLevels, OneConfidence, OwnConfidence
+from subgoal.partition.persistence import Persistent
+from subgoal.partition.priors import Beta, Gamma, LogNormal
+
+__all__ = ["Beta", "Gamma", "LogNormal", "NoiseLevels", "OneConfidence", "OwnConfidence", "Persistent"]
