@@ -12,7 +12,7 @@ from subgoal.partition.convex_weights import convex_weights
 from subgoal.partition.outcome import Outcome
 from subgoal.partition.scaled_table import ScaledTable
 from subgoal.partition.screening import proved_idle
-from subgoal.partition.simplex_newton import nonnegative_quadratic
+from subgoal.partition.simplex_newton import _curvature, nonnegative_quadratic
 from subgoal.runtime.errors import InputError
 from tests.oracles.convex_mixture import conic_optimum, expectation_maximisation, mixture_log_likelihood
 from tests.partition.given_tables import directions, held, problems
@@ -136,6 +136,15 @@ def test_a_tiled_table_gives_the_same_answer(monkeypatch: pytest.MonkeyPatch) ->
         squares, largest = scaled.spread(fitted)
         np.testing.assert_allclose(squares, (ratio**2).sum(axis=0), rtol=1e-12)
         np.testing.assert_allclose(largest, ratio.max(axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("size", "n"), [(1, 1), (2, 256), (5, 257), (8, 1000), (33, 70_000)])
+def test_curvature_is_that_of_the_ratios(size: int, n: int) -> None:
+    generator = np.random.default_rng(size)
+    columns, fitted = generator.random((size, n)), generator.random(n) + 0.1
+    found, slope = _curvature(columns, fitted)
+    np.testing.assert_allclose(found, (columns / fitted) @ (columns / fitted).T, rtol=1e-11)
+    np.testing.assert_allclose(slope, (columns / fitted).sum(axis=1), rtol=1e-11)
 
 
 def test_the_quadratic_step_satisfies_its_own_conditions() -> None:

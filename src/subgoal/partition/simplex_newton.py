@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from subgoal._kernels.convex import curvature
 from subgoal.runtime.checks import Bools, Floats
+from subgoal.runtime.executor import run_all
 
 NEARNESS = 1e-11
 """Pull towards the last weights, relative to the largest curvature: makes equal columns solvable, moves no optimum."""
 SMALLEST_STEP = 1e-9
 LEAST_RISE = 1e-4
+ROUNDING = 2e-15
+"""What an observation's log may be off by where two fits are compared."""
+WORK, MOST_JOBS = 2**26, 16
+"""Products in one job of the curvature, and jobs at most."""
 
 
 def solve_columns(columns: Floats, weights: Floats, *, excess: float, most_steps: int) -> tuple[Floats, Floats]:
@@ -38,11 +46,10 @@ def solve_columns(columns: Floats, weights: Floats, *, excess: float, most_steps
     x = weights / weights.sum()
     fitted = x @ columns
     for _ in range(most_steps):
-        ratio = columns / fitted
-        slope = ratio.sum(axis=1)
+        hessian, slope = _curvature(columns, fitted)
         if slope.max() / n - 1 <= excess:
             break
-        target = nonnegative_quadratic(ratio @ ratio.T, 2 * slope - n, x)
+        target = nonnegative_quadratic(hessian, 2 * slope - n, x)
         step = _rising_step(fitted, target @ columns, float(target.sum()) - 1, float((target - x) @ (slope - n)))
         if step == 0:
             break
@@ -52,15 +59,33 @@ def solve_columns(columns: Floats, weights: Floats, *, excess: float, most_steps
     return x, fitted
 
 
+def _curvature(columns: Floats, fitted: Floats) -> tuple[Floats, Floats]:
+    """(s, s) AAᵀ and (s,) A1 of A = C/r. Not by threaded BLAS, which can wait for seconds on a busy machine."""
+    (size, n), inverse = columns.shape, 1.0 / fitted
+    jobs = max(1, min(MOST_JOBS, size * size * n // WORK))
+
+    def part(first: int, stop: int) -> tuple[Floats, Floats]:
+        out, slope = np.zeros((size, size)), np.zeros(size)
+        curvature(columns, inverse, first, stop, out, slope)
+        return out, slope
+
+    edges = np.linspace(0, n, jobs + 1).astype(int).tolist()
+    parts = run_all(part, list(pairwise(edges)), workers=None if jobs > 1 else 1)
+    return np.sum([each[0] for each in parts], axis=0), np.sum([each[1] for each in parts], axis=0)
+
+
 def _rising_step(fitted: Floats, ahead: Floats, more: float, promised: float) -> float:
-    """The first of 1, ½, ¼... that raises Σ log r − N Σx by a share of what its slope promises; 0 if none does."""
+    """The first of 1, ½, ¼... that raises Σ log r − N Σx by a share of what its slope promises; 0 if none does.
+
+    Close to the optimum the rise is below its own rounding while the gradient still improves: that much is allowed.
+    """
     if not promised > 0:
         return 0.0
     change, step = (ahead - fitted) / fitted, 1.0
     while step >= SMALLEST_STEP:
         with np.errstate(divide="ignore", invalid="ignore"):
             rise = float(np.log1p(step * change).sum()) - fitted.size * step * more
-        if rise >= LEAST_RISE * step * promised:
+        if rise >= LEAST_RISE * step * promised - ROUNDING * fitted.size:
             return step
         step /= 2
     return 0.0
