@@ -67,10 +67,11 @@ def test_the_filter_gives_the_evidence() -> None:
     """Σ log p(a_i | before) is log p(O | w, ρ), by enumeration of all paths."""
     table, weights, keeps = temporal_table("generic"), np.array([0.2, 0.7, 0.1]), (0.8, 0.3)
     steps = steps_at(table, Persistent(keep=keeps[0], keep_there=keeps[1]), ((0,) * 4, (True,) * 4), *keeps)
-    out = np.empty((4, 3))
-    value = loops.filter_rows(
-        0, table.relative, steps.first, steps.there_from, steps.there, weights, *keeps, np.zeros(3), out
+    out, log_total = np.empty((4, 3)), np.empty(4)
+    loops.filter_rows(
+        0, table.relative, steps.first, steps.there_from, steps.there, weights, *keeps, np.zeros(3), out, log_total
     )
+    value = log_total.sum()
     from tests.oracles.persistence import fit, paths
 
     total = sum(

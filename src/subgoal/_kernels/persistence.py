@@ -53,13 +53,12 @@ def advance(before, at, weights, keep, keep_there, out):
 
 
 @njit(cache=True, nogil=True)
-def filter_rows(start, relative, first, there_from, there, weights, keep, keep_there, entering, out):
-    """Write ``out`` (B, G): p(θ_i | actions up to i) for i = start + r; returns Σ log p(a_i | before), relative.
+def filter_rows(start, relative, first, there_from, there, weights, keep, keep_there, entering, out, log_total):
+    """Write ``out`` (B, G), p(θ_i | actions up to i) for i = start + r, and ``log_total`` (B,), log p(a_i | before).
 
-    ``relative`` (B, G) is L_ig / Σ_g p_g L_ig, ``entering`` (G,) the law of the row before, ``first`` (N,) marks the
+    ``relative`` (B, G) is L_ig / Σ_g p_g L_ig, and so are the totals; ``entering`` (G,) the law of the row before, ``first`` (N,) marks the
     first rows of trajectories. Spec: forward pass of a hidden Markov model with transition ρ·I + (1 − ρ)·1wᵀ.
     """
-    value = 0.0
     for r in range(relative.shape[0]):
         i = start + r
         if first[i]:
@@ -71,10 +70,9 @@ def filter_rows(start, relative, first, there_from, there, weights, keep, keep_t
         for g in range(weights.size):
             out[r, g] *= relative[r, g]
         total = total_of(out[r])
-        value += log(total)
+        log_total[r] = log(total)
         for g in range(weights.size):
             out[r, g] /= total
-    return value
 
 
 @njit(cache=True, nogil=True)

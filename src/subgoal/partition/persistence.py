@@ -145,7 +145,7 @@ class _Steps:
         start, stop = int(self.table.edges[k]), int(self.table.edges[k + 1])
         loops.filter_rows(
             start, _relative(self.table, start, stop), self.first, self.there_from, self.there, weights, self.keep,
-            self.keep_there, entering, out,
+            self.keep_there, entering, out, np.empty(stop - start),
         )  # fmt: skip
 
     def _move_runs(self) -> None:
