@@ -63,8 +63,9 @@ def test_nothing_hangs_on_labels() -> None:
 
 
 def test_background_and_unlisted_places_are_in_no_share() -> None:
-    draws = np.repeat(np.array([[0] * 150 + [2] + [0] * 49]), 3, axis=0)
-    posterior = posterior_of(draws, PLACES, offset=[0, 100, 200])
+    draws = np.repeat(np.array([[2] * 150 + [0] + [2] * 49]), 3, axis=0)
+    places = Candidates(np.array([[50.0], [0.0], [1.0]]), radius=1.0)
+    posterior = posterior_of(draws, places, offset=[0, 100, 200])
     hidden = np.array(posterior.assignments)
     hidden[:, :, :30] = -1
     found = group_shares(replace(posterior, assignments=hidden), [1, 0])

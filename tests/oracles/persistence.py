@@ -23,9 +23,7 @@ def paths(n: int, g_count: int, starts: Sequence[int]) -> list[State]:
     return found
 
 
-def step_probability(
-    state: State, starts: Sequence[int], keep: float, keep_there: float, arrived: np.ndarray
-) -> float:
+def step_probability(state: State, starts: Sequence[int], keep: float, keep_there: float, arrived: np.ndarray) -> float:
     """Π of ρ for steps that keep and 1 − ρ for steps that redraw, first steps left out."""
     theta, redrawn = state
     value = 1.0

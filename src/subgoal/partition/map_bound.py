@@ -52,7 +52,7 @@ def upper_bound(
         most = min(steps, max(LEAST_STEPS, ENTRIES_IN_ALL // (n * mass.size)))
         bounds.append(_lagrangian(table, mass, convex.fitted - constant / n, constant, found, most, interrupt))
     rounding = 1e-13 * n * (1 + float(np.abs(peak).max()) + np.log(n + eta))
-    return min(bounds) + rounding
+    return float(min(bounds) + rounding)
 
 
 def _lagrangian(
