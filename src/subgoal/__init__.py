@@ -44,6 +44,9 @@ _HOME = {
 _ROOMS = {
     "samplers": "samplers",
     "models": "models",
+    "optima": "optima",
+    "filtering": "answers.filtering",
+    "groups": "answers.groups",
     "controllers": "likelihood.controllers",
     "mdp": "mdp",
     "episodes": "demonstrations.episodes",

@@ -56,8 +56,9 @@ def advance(before, at, weights, keep, keep_there, out):
 def filter_rows(start, relative, first, there_from, there, weights, keep, keep_there, entering, out, log_total):
     """Write ``out`` (B, G), p(θ_i | actions up to i) for i = start + r, and ``log_total`` (B,), log p(a_i | before).
 
-    ``relative`` (B, G) is L_ig / Σ_g p_g L_ig, and so are the totals; ``entering`` (G,) the law of the row before, ``first`` (N,) marks the
-    first rows of trajectories. Spec: forward pass of a hidden Markov model with transition ρ·I + (1 − ρ)·1wᵀ.
+    ``relative`` (B, G) is L_ig / Σ_g p_g L_ig, and the totals are relative to the same; ``entering`` (G,) is the law
+    of the row before, ``first`` (N,) marks the first rows of trajectories. This is the forward pass of a hidden Markov
+    model with transition ρ·I + (1 − ρ)·1wᵀ.
     """
     for r in range(relative.shape[0]):
         i = start + r
