@@ -58,7 +58,7 @@ def test_the_oracle_sums_to_one_and_agrees_with_quadrature(mass: float, stickine
 
     def numeric(rows, theta) -> float:
         """The chain rule averaged over β by quadrature over its quantiles."""
-        return quad(lambda q: chain_rule(rows, theta, free, sticky, (beta.ppf(q), beta.sf(beta.ppf(q)))), 0, 1)[0]
+        return quad(lambda q: chain_rule(rows, theta, free, sticky, (beta.ppf(q), 1 - beta.ppf(q))), 0, 1)[0]
 
     total = 0.0
     for theta in itertools.product(range(2), repeat=4):

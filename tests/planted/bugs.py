@@ -7,6 +7,7 @@ from tests.planted.world_bugs import WORLDS
 
 BLOCKS, ALG4, COUNTS = "_kernels/collapsed_blocks.py", "_kernels/alg4.py", "_kernels/counts.py"
 DIRECTIONS, SAMPLE, STORED = "_kernels/directions.py", "posterior/sample.py", "storage/archive.py"
+ASSEMBLE = "posterior/assemble.py"
 SITES = "exact/test_transition_collapsed_blocks.py::test_every_site_move_is_reversible[generic-5.0]"
 MOVES = "exact/test_transition_collapsed_blocks.py::test_block_move_leaves_the_posterior_invariant[generic-1.0]"
 TABLES = "exact/test_transition_alg4.py::test_corrected_site_moves_are_reversible_and_dish_moves_invariant[peaked-1.0]"
@@ -45,13 +46,14 @@ SAMPLERS = [
         DRAWS + "::test_chain_k_of_four_is_chain_k_of_eight"),
 ]  # fmt: skip
 LIKELIHOODS = [
-    Bug("normaliser dropped", DIRECTIONS, "-confidence * sqrt(out[g]) - log_normaliser", "-confidence * sqrt(out[g])",
+    Bug("normaliser dropped", DIRECTIONS, "-confidence[g] * sqrt(out[g]) - log_normaliser[g]",
+        "-confidence[g] * sqrt(out[g])",
         ACTIONS + "::test_directions_against_the_oracle[weights]"),
     Bug("angle not wrapped", DIRECTIONS, "squared[g] += (gap - period[k] * np.rint(gap / period[k])) ** 2",
         "squared[g] += gap**2", ACTIONS + "::test_directions_against_the_oracle[angle]"),
     Bug("uniform rows not uniform", "likelihood/sources.py",
-        "return normalisers.log_direction_normaliser(confidence, d), -normalisers.log_sphere_area(d)",
-        "return normalisers.log_direction_normaliser(confidence, d), 0.0",
+        "return each, normalisers.log_direction_normalisers(each, d), -normalisers.log_sphere_area(d)",
+        "return each, normalisers.log_direction_normalisers(each, d), 0.0",
         ACTIONS + "::test_slow_pairs_are_uniform_and_counted"),
     Bug("prior forgotten in the marginal", DIRECTIONS, "total += exp(row[g] + log_prior[g] - peak)",
         "total += exp(row[g] - peak)", "likelihood/test_table.py::test_log_marginal_is_the_sum_over_candidates"),
@@ -79,9 +81,9 @@ RESULTS = [
     Bug("thinning off by one", "posterior/rounds.py",
         "((after + 1) % self._settings.thin == 0)", "(after % self._settings.thin == 0)",
         DRAWS + "::test_thin_and_warmup_choose_from_the_same_chain"),
-    Bug("traces kept at the wrong sweeps", SAMPLE, "slice(settings.warmup + settings.thin - 1, None",
+    Bug("traces kept at the wrong sweeps", ASSEMBLE, "slice(settings.warmup + settings.thin - 1, None",
         "slice(settings.warmup, None", LAW),
-    Bug("shares per chain", SAMPLE, "tally / joint.size", "tally / joint.shape[1]", LAW),
+    Bug("shares per chain", ASSEMBLE, "tally / joint.size", "tally / joint.shape[1]", LAW),
     Bug("last draw instead of the best", "posterior/chains.py", "if kept_joint.max() > self.best[0]:", "if True:", LAW),
     Bug("budget ignored", "posterior/memory.py", 'budget = positive("memory_budget", budget)',
         'budget = 1e3 * positive("memory_budget", budget)', DRAWS + "::test_memory_is_refused_before_it_is_taken"),
