@@ -54,6 +54,7 @@ _ROOMS = {
     "scores": "answers.scores",
     "evidence": "answers.evidence",
     "options": "options",
+    "checks": "checks",
 }
 """Public modules, for what is needed now and then."""
 
