@@ -33,7 +33,7 @@ def with_trajectories(
     )  # fmt: skip
 
 
-def distance_ratio(draws: np.ndarray, law: dict[tuple[int, ...], float], thinned: int = 10) -> float:
+def distance_ratio(draws: np.ndarray, law: dict[tuple[int, ...], float], thinned: int = 2) -> float:
     """Total variation of the draws (S, N) from ``law``, over that of S / ``thinned`` independent draws on average."""
     states, pi = list(law), np.array(list(law.values()))
     pi = pi / pi.sum()

@@ -37,7 +37,7 @@ STICKY_AND_GROUP_BUGS = [
         HMM_LOOPS,
         "own[g] += 1\n                            continue",
         "own[g] += 1",
-        STICKY + "runs_reach_the_enumerated_posterior[generic-numbers0]",
+        STICKY + "tables_have_their_exact_law[theta0-2.0-0.6]",
     ),
     Bug(
         "overrides without the shared weight",
@@ -93,7 +93,7 @@ STICKY_AND_GROUP_BUGS = [
         HMM,
         "self.chain.concentration * self.prior + self.shared, self.chain.generator",
         "self.chain.concentration * self.prior, self.chain.generator",
-        STICKY + "runs_reach_the_enumerated_posterior[generic-numbers0]",
+        STICKY + "a_sweep_leaves_the_joint_law[1500]",
     ),
     Bug(
         "counts of a group keep their own observation",
