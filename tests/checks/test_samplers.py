@@ -118,7 +118,9 @@ def test_each_rule_is_noticed_when_it_is_broken(name: str, sampler) -> None:
 
 def test_a_wrong_number_of_candidates_in_use_is_noticed() -> None:
     report = check_sampler(wrong_count, sweeps=1000, starts=200)
-    assert "n_active" in report["traces are those of the assignments"].measured
+    told = report["traces are those of the assignments"]
+    assert told.passed is False
+    assert "n_active" in told.measured
 
 
 class Powered:
