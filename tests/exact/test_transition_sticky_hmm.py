@@ -220,7 +220,7 @@ def test_runs_reach_the_enumerated_posterior(name: str, numbers: tuple[float, fl
     """Total variation at most 3 times that of half as many independent draws; a flat table gives the prior."""
     dense, (mass, stickiness) = ALL[name], numbers
     law = path_law(dense, mass * (1 - stickiness), mass * stickiness)
-    draws = run(with_trajectories(dense, STARTS, edges=(2,)), StickyHMM(mass, stickiness), 4000).assignments
+    draws = run(with_trajectories(dense, STARTS, edges=(2,)), StickyHMM(mass, stickiness), 2000).assignments
     assert distance_ratio(draws, law) <= 3
 
 
@@ -312,9 +312,9 @@ def test_the_concentration_is_learned_beside_it() -> None:
     """γ ~ Gamma(2, 1) through ``Learning``: on a flat table its law is the prior."""
     table = with_trajectories(ALL["flat"], STARTS)
     model = Learning(StickyHMM(2.0, 0.5), concentration=Gamma(2.0, 1.0))
-    done = run(table, model, 4000)
-    # Six standard errors of 400 independent draws.
-    assert abs(done.parameters["concentration"].mean() - 2.0) <= 6 * np.sqrt(2.0 / 400)
+    done = run(table, model, 2000)
+    # Six standard errors of 200 independent draws.
+    assert abs(done.parameters["concentration"].mean() - 2.0) <= 6 * np.sqrt(2.0 / 200)
 
 
 def test_the_log_joint_is_that_of_all_that_is_drawn() -> None:
@@ -365,7 +365,7 @@ def test_cutting_a_run_and_its_tiles_changes_nothing() -> None:
 @pytest.mark.parametrize("shape", [(1, 1), (1, 3), (4, 1)])
 def test_one_observation_and_one_candidate(shape: tuple[int, int]) -> None:
     dense = TABLES["generic"][: shape[0], : shape[1]]
-    done = run(with_trajectories(dense, (0,)), StickyHMM(), 3000)
+    done = run(with_trajectories(dense, (0,)), StickyHMM(), 1000)
     assert np.isfinite(done.log_joint).all()
     if shape == (1, 3):
         law = PRIOR * np.exp(dense[0])
@@ -378,11 +378,11 @@ def test_one_step_trajectories_are_drawn_from_one_law() -> None:
     """No transitions at all: one group of first steps."""
     dense, starts = TABLES["generic"], (0, 1, 2, 3)
     law = path_law(dense, 0.8, 1.2, starts=starts)
-    assert distance_ratio(run(with_trajectories(dense, starts), StickyHMM(2.0, 0.6), 6000).assignments, law) <= 3
+    assert distance_ratio(run(with_trajectories(dense, starts), StickyHMM(2.0, 0.6), 2000).assignments, law) <= 3
 
 
 def test_impossible_candidates_are_never_chosen() -> None:
-    done = run(with_trajectories(ALL["barred"], STARTS), StickyHMM(), 2000)
+    done = run(with_trajectories(ALL["barred"], STARTS), StickyHMM(), 500)
     assert not (done.assignments[:, 1] == 0).any()
     assert not (done.assignments[:, 2] == 1).any()
     assert np.isfinite(done.log_likelihood).all()
