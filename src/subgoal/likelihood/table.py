@@ -265,7 +265,10 @@ def _confidence(given: Any, count: int) -> Confidence:
 
 def _weights(given: Any, count: int) -> Floats:
     """(N,) numbers above zero."""
-    values = real_array("weight", np.broadcast_to(np.asarray(given, float), (count,)), ndim=1)
+    values = real_array("weight", given, ndim=(0, 1))
+    if values.ndim and values.shape != (count,):
+        raise InputError("weight", found=f"shape {values.shape}", wanted=f"a number, or ({count},), one per observation")
+    values = np.full(count, values)
     if not (values > 0).all():
         i = int(np.argmax(~(values > 0)))
         raise InputError("weight", where=f"observation {i}", found=values[i], wanted="a number above 0")
