@@ -267,7 +267,7 @@ def _weights(given: Any, count: int) -> Floats:
     """(N,) numbers above zero."""
     values = real_array("weight", given, ndim=(0, 1))
     if values.ndim and values.shape != (count,):
-        raise InputError("weight", found=f"shape {values.shape}", wanted=f"a number, or ({count},), one per observation")
+        raise InputError("weight", found=f"shape {values.shape}", wanted=f"a number, or ({count},) of them")
     values = np.full(count, values)
     if not (values > 0).all():
         i = int(np.argmax(~(values > 0)))
