@@ -35,11 +35,18 @@ def made(kind: str, n: int = 30, g_count: int = 5) -> LogLikelihood:
         mdp, _ = world(3, 0.9, n_states=9, illegal=True)
         return planned_actions(walks(mdp, 3, n), Candidates.from_states([[0], [3], [8], [1, 2], [4]]), mdp)
     if kind in ("direction", "action"):
-        demos, candidates = scene(METRICS["weights"], 2, n, g_count)
+        demos, candidates = still(METRICS["weights"], n, g_count)
         way = subgoal.controllers.straight_to_goal(candidates.metric)
         return subgoal.action_comparison(demos, candidates, controller=way, compare=kind)
-    demos, candidates = scene(METRICS[kind], 2, n, g_count)
+    demos, candidates = still(METRICS[kind], n, g_count)
     return subgoal.action_comparison(demos, candidates)
+
+
+def still(metric: Metric, n: int, g_count: int) -> tuple[Demonstrations, Candidates]:
+    """A scene in which every tenth observation hardly moves."""
+    demos, candidates = scene(metric, 2, n, g_count)
+    actions = np.where(np.arange(n)[:, None] % 10 == 6, 1e-5, 1.0) * demos.actions
+    return Demonstrations.from_arrays(demos.states, actions), candidates
 
 
 def assignments(likelihood: LogLikelihood, seed: int = 0) -> np.ndarray:

@@ -9,12 +9,14 @@ import pytest
 from scipy.special import expit
 from scipy.stats import kstest
 
+from subgoal.partition import learning
 from subgoal.partition.collapsed_blocks import collapsed_blocks
 from subgoal.partition.concentration import draw_concentration, log_counts
 from subgoal.partition.learning import EVERY, Learning, assignment
 from subgoal.partition.persistence import Persistent, draw_keep
 from subgoal.partition.priors import Beta, Gamma
 from subgoal.partition.protocol import Chain
+from subgoal.runtime.errors import InputError
 from tests.exact.test_transition_persistence import ARRIVED, STARTS, temporal_table
 from tests.oracles.partitions import urn_probability
 from tests.oracles.persistence import posterior, step_probability
@@ -165,6 +167,36 @@ def test_the_concentration_starts_at_the_mean_of_its_prior_and_moves_between_swe
     assert (values == values[:, :1]).all()
     assert np.unique(values).size == 3
     assert run.state["learned_concentration"][0] not in values
+
+
+def test_the_concentration_is_drawn_given_the_redraws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of subgoals that persist only redraws are drawn from the shared weights; in the mixture all observations are."""
+    given = []
+
+    def recorded(eta, law, counts, prior, generator):
+        given.append((counts.copy(), prior))
+        return eta
+
+    monkeypatch.setattr(learning, "draw_concentration", recorded)
+    table = temporal_table("peaked")
+    for base in (Persistent(keep=0.9), collapsed_blocks):
+        given.clear()
+        run = Learning(base, Gamma())(Chain(table, 1.0, np.random.default_rng(3)), np.ones(20 * EVERY, bool))
+        ends = slice(EVERY - 1, None, EVERY)
+        counts = [np.bincount(theta, minlength=3) for theta in run.assignments[ends]]
+        wanted = counts if run.redraws is None else run.redraws[ends]
+        np.testing.assert_array_equal([each for each, _ in given], wanted)
+        assert (np.sum(wanted, axis=1) < 4).any() == (run.redraws is not None)
+        np.testing.assert_allclose(given[0][1], PRIOR, atol=1e-12)
+
+
+def test_keeping_only_where_one_has_arrived_is_refused() -> None:
+    """With ρ = 0 elsewhere a subgoal could not be carried to where it is kept."""
+    for there in (0.3, Beta()):
+        with pytest.raises(InputError, match="persistence"):
+            Persistent(keep=0.0, keep_there=there)
+    assert Persistent(keep=0.0, keep_there=0.0).keep_there == 0.0
+    assert Persistent(keep=0.0).keep_there is None
 
 
 def test_nothing_learned_is_the_base_itself() -> None:

@@ -23,6 +23,7 @@ from subgoal.partition.protocol import (
     starting_assignment,
 )
 from subgoal.runtime.checks import Bools, Floats, Ints
+from subgoal.runtime.errors import InputError
 
 UNIFORM = Beta()
 LOGITS = 27.0
@@ -46,6 +47,7 @@ class Persistent:
         ρ, or its prior.
     keep_there:
         ρ where the state is at the current subgoal (an arrival ends a subgoal mostly); None: the same as elsewhere.
+        Raises ``InputError`` if it may be above 0 while ``keep`` is 0.
     """
 
     keep: float | Beta = UNIFORM
@@ -55,6 +57,8 @@ class Persistent:
         probability_of("persistence", self.keep)
         if self.keep_there is not None:
             probability_of("persistence at the subgoal", self.keep_there)
+        if self.keep == 0 and self.keep_there not in (None, 0):
+            raise InputError("persistence", found=0, wanted="above 0, where subgoals that are arrived at may be kept")
 
     @property
     def __name__(self) -> str:
