@@ -169,6 +169,7 @@ def quiet_learn(likelihood: LogLikelihood, **settings):
         return learn(likelihood, workers=1, draws=60, warmup=150, thin=2, chains=2, **settings)
 
 
+@pytest.mark.t2
 def test_learn_finds_three_corners_and_what_the_recording_is_worth() -> None:
     """1,200 observations with errors of τ = 4 against a net: three subgoals at the corners, a weight near 1/4."""
     generator = np.random.default_rng(8)

@@ -82,7 +82,7 @@ def chain_of(noise: object, theta: np.ndarray, draws: int, seed: int = 1) -> np.
 def test_one_confidence_covers_the_truth(alpha: float) -> None:
     """2,000 directions: the truth within 4.7 posterior standard deviations, which are below 6 % of it."""
     theta = np.arange(2000) % 3
-    drawn = chain_of(OneConfidence().of(planar(np.full(2000, alpha), theta)), theta, 250)[:, 0]
+    drawn = chain_of(OneConfidence().of(planar(np.full(2000, alpha), theta)), theta, 150)[:, 0]
     assert abs(drawn.mean() - alpha) <= 4.7 * drawn.std()
     assert 0.005 * alpha < drawn.std() < 0.1 * alpha
 
@@ -115,7 +115,7 @@ def cumulative_of(grid: np.ndarray, log_density: np.ndarray) -> object:
 @pytest.mark.parametrize("weight", [None, 0.4])
 @pytest.mark.parametrize("kind", ["one", "own"])
 def test_confidence_given_the_assignment_is_that_of_quadrature(kind: str, weight: float | None) -> None:
-    """Of 9 directions with a weight, one of them background: every fourth of 2,000 draws (3e-6)."""
+    """Of 9 directions with a weight, one of them background: every third of 1,200 draws (3e-6)."""
     theta = np.array([0, 0, 0, 1, 0, 2, 0, 0, 3])
     likelihood = planar(np.full(9, 3.0), np.minimum(theta, 2), 5).with_background(0.1)
     likelihood = likelihood if weight is None else likelihood.weighted(weight)
@@ -125,7 +125,7 @@ def test_confidence_given_the_assignment_is_that_of_quadrature(kind: str, weight
     plain = likelihood.source
     fit = np.array([plain.log_density(0, 9, a)[rows, theta[rows]].sum() for a in np.exp(logs)]) * (weight or 1.0)
     noise = (OneConfidence if kind == "one" else OwnConfidence)(law).of(likelihood)
-    drawn = np.log(chain_of(noise, theta, 2000)[::4, 0])
+    drawn = np.log(chain_of(noise, theta, 1200)[::3, 0])
     density = fit + [law.log_density(a) for a in np.exp(logs)] + logs
     assert kstest(drawn, cumulative_of(logs, density)).pvalue >= LEVEL
 
@@ -140,14 +140,14 @@ def test_shares_given_the_assignment_are_those_of_quadrature(weight: float | Non
     parts = np.exp([likelihood.source.log_density(0, 9, a)[serving, theta[serving]] for a in (1.0, 16.0)])
     share = (np.arange(2000) + 0.5) / 2000
     fit = np.log(np.outer(share, parts[0]) + np.outer(1 - share, parts[1])).sum(axis=1) * (weight or 1.0)
-    drawn = chain_of(NoiseLevels((1.0, 16.0)).of(likelihood), theta, 4000)[::4, 0]
+    drawn = chain_of(NoiseLevels((1.0, 16.0)).of(likelihood), theta, 2400)[::3, 0]
     assert kstest(drawn, cumulative_of(share + 0.5 / 2000, fit)).pvalue >= LEVEL
 
 
 def test_without_data_the_shares_are_uniform_on_the_simplex() -> None:
     """All background: the first share of three is Beta(1, 2) (Kolmogorov-Smirnov, 3e-6)."""
     likelihood = planar(np.full(4, 3.0), np.zeros(4, int)).with_background(0.1)
-    drawn = chain_of(NoiseLevels((1.0, 4.0, 16.0)).of(likelihood), np.full(4, 3), 4000)[::4]
+    drawn = chain_of(NoiseLevels((1.0, 4.0, 16.0)).of(likelihood), np.full(4, 3), 2400)[::3]
     assert kstest(drawn[:, 0], lambda x: 1 - (1 - x) ** 2).pvalue >= LEVEL
     assert kstest(drawn[:, 2], lambda x: 1 - (1 - x) ** 2).pvalue >= LEVEL
 
