@@ -97,6 +97,7 @@ def test_the_printed_rule_takes_the_larger_cluster_where_the_smaller_is_surer(po
     split = replace(
         posterior, best_assignment=np.repeat([place[9], place[1]], [23, 22]),
         settings=replace(posterior.settings, confidence=0.3),
+        likelihood=posterior.likelihood.at(0.3),
     )  # fmt: skip
     table = policies(split, np.array([2]))[0]
     assert 22 * table[:, place[1]].max() > 23 * table[:, place[9]].max()

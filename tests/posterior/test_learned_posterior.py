@@ -216,3 +216,22 @@ def test_settings_say_which_priors_there_were() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert "NoiseLevels" in repr(settings)
+
+
+@pytest.mark.parametrize("confidence", [NoiseLevels(), OwnConfidence(), OneConfidence()])
+def test_it_has_a_mean_confidence_and_a_report(confidence, tmp_path: Path) -> None:
+    """Levels by their shares, candidates by theirs; the mean stands in the report."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        posterior = subgoal.sample(
+            corners(), model=Persistent(), concentration=Gamma(), confidence=confidence, draws=20, warmup=20, thin=1
+        )
+        path = tmp_path / "report.html"
+        subgoal.report(posterior, path)
+        subgoal.write_results(posterior, tmp_path)
+    assert f"{posterior.confidence:g}" in path.read_text()
+    law = posterior.likelihood.confidence
+    if isinstance(law, Levels):
+        assert posterior.confidence == pytest.approx(float(np.sum(law.confidences * law.shares)))
+    else:
+        assert np.min(law) <= posterior.confidence <= np.max(law)

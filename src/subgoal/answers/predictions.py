@@ -9,6 +9,7 @@ import numpy as np
 from subgoal.answers.subgoals import LISTED_FROM
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import PlannedActions, refuse_large_plan
+from subgoal.likelihood.source import Levels
 from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.mdp.tabular import check_states
 from subgoal.posterior.posterior import Posterior
@@ -159,12 +160,19 @@ def _policies(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
         source.mdp, posterior.candidates.goal_sets, states=here, convention=source.plan.convention,
         tolerance=source.plan.tolerance, allow_unconverged=True,
     )  # fmt: skip
-    chances: Floats = plan.action_values
-    chances -= chances.max(axis=1, keepdims=True)
-    chances *= posterior.confidence
-    np.exp(chances, out=chances)
-    chances /= chances.sum(axis=1, keepdims=True)
-    return chances, row
+    above: Floats = plan.action_values
+    above -= above.max(axis=1, keepdims=True)
+    law: Any = posterior.likelihood.confidence if posterior.likelihood is not None else posterior.confidence
+    if not isinstance(law, Levels):
+        return _softmax(above, law), row
+    levels = zip(law.confidences.tolist(), law.shares.tolist(), strict=True)
+    return np.asarray(sum(share * _softmax(above, alpha) for alpha, share in levels)), row
+
+
+def _softmax(above: Floats, confidence: Any) -> Floats:
+    """(U, A, G) π_g(a | s) of values below the best, at one confidence or one for each candidate."""
+    chances = np.exp(above * confidence)
+    return np.asarray(chances / chances.sum(axis=1, keepdims=True))
 
 
 def _checked(source: PlannedActions, states: Any) -> Ints:

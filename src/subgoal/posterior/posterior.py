@@ -11,6 +11,7 @@ from scipy import sparse
 
 from subgoal.candidates import Candidates
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.source import Levels
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior.diagnostics import Diagnostic, Status
 from subgoal.runtime.checks import Floats, Ints
@@ -165,17 +166,20 @@ class Posterior:
     @property
     def concentration(self) -> float:
         """η, or its posterior mean where it was learned."""
-        return self._learned("concentration", self.settings.concentration)
+        setting = self.settings.concentration
+        return float(self.parameters["concentration"].mean()) if isinstance(setting, str) else setting
 
     @property
     def confidence(self) -> float:
-        """α, or the posterior mean of it (of its mean over observations, where there is a law of it)."""
-        return self._learned("confidence", self.settings.confidence)
+        """α; where it was learned, its mean: over draws, and over levels or candidates by their share. NaN if lost."""
+        law: Any = self.settings.confidence if self.likelihood is None else self.likelihood.confidence
+        if isinstance(law, Levels):
+            return float(law.confidences @ law.shares)
+        if isinstance(law, np.ndarray):
+            return float(np.average(law, weights=self.expected_shares + 1e-300))
+        return float("nan") if isinstance(law, str) else float(law)
 
     @property
     def background(self) -> Floats:
         """(N,) P(no subgoal is behind the observation | O)."""
         return np.clip(1 - np.asarray(self.shares.sum(axis=1)).ravel(), 0, 1)
-
-    def _learned(self, name: str, setting: float | str) -> float:
-        return float(self.parameters[name].mean()) if isinstance(setting, str) else setting
