@@ -144,7 +144,7 @@ def picture(rows: dict[str, Headline]) -> Figure:
         axis.set(title=f"Session {name}: {held_out['decisions']} turns of {held_out['bouts']} bouts",
                  xlabel=f"bits gained on chance ({values['chance']:.3f}) per turn")  # fmt: skip
     axes[0].invert_yaxis()
-    figure.suptitle("A mouse's next turn is foretold best when its goals may last", x=0.01, ha="left")
+    figure.suptitle("How well a mouse's next turn is foretold, with goals that may last and without", x=0.01, ha="left")
     return figure
 
 

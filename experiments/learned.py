@@ -142,12 +142,13 @@ def picture(headline: Headline) -> Figure:
     figure = sheet(9.5, 3.8)
     left, right = figure.subplots(1, 2)
     met = headline["met"]
-    names = [f"{name} ({row['runs']})" for name, row in met.items()]
-    left.barh(names, [row["all_found"] / row["runs"] for row in met.values()], color=PALETTE[0], height=0.6)
+    left.barh(list(met), [row["all_found"] / row["runs"] for row in met.values()], color=PALETTE[0], height=0.6)
     left.axvline(0.9, color=INK, lw=1, ls="--")
-    left.set(xlim=(0, 1.02), title="Runs in which every true goal is found", xlabel="share of runs (number)")
+    left.set(xlim=(0, 1.02), title="Runs in which every true goal is found", xlabel="share of runs")
     left.invert_yaxis()
-    for k, name in enumerate(met):
+    for k, (name, row) in enumerate(met.items()):
+        left.annotate(f"{row['all_found']} of {row['runs']}", (0, k), xytext=(6, 0), textcoords="offset points",
+                      va="center", color="white" if row["all_found"] else INK, weight="bold")  # fmt: skip
         rows = headline[name]
         right.scatter([row["weight"] for row in rows], [row["persistence"] for row in rows], s=26, alpha=0.8,
                       color=PALETTE[k], label=name)  # fmt: skip

@@ -103,7 +103,7 @@ class _SharedWeights:
 
     @classmethod
     def of(cls, posterior: Posterior, row: int, generator: np.random.Generator) -> _SharedWeights:
-        counts = _counts(posterior.counts if posterior.redraws is None else posterior.redraws, row, _columns(posterior))
+        counts = _counts(_redraws(posterior), row, _columns(posterior))
         if posterior.redraws is None and posterior.settings.background:
             counts[-1] = posterior.n_observations - counts.sum()
         weights = np.exp(log_weights(_concentration(posterior, row) * _prior(posterior) + counts, generator))

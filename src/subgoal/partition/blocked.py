@@ -6,7 +6,8 @@ import numpy as np
 
 from subgoal._kernels import blocked as loops
 from subgoal._kernels.counts import log_assignment_prior, recount
-from subgoal.partition.protocol import Chain, Int32s, Recorder, Stretch, starting_assignment
+from subgoal.partition.assignments import advance_assignment
+from subgoal.partition.protocol import Chain, Int32s, Recorder, Stretch
 from subgoal.runtime.checks import Bools
 
 
@@ -17,17 +18,7 @@ def blocked(chain: Chain, keep: Bools) -> Stretch:
     with a finite base is the finite mixture with Dirichlet(ηp) weights (Ishwaran & James 2001, with no truncation).
     Observations share nothing but the counts; neighbouring candidates with nearly equal columns mix slowly.
     """
-    table = chain.table
-    theta = np.array((chain.state or {"theta": starting_assignment(table, chain.generator)})["theta"], np.int32)
-    record = Recorder(table, keep)
-    if table.dense is None:
-        _sweeps_tiled(chain, theta, keep, record)
-    else:
-        loops.sweeps_dense(
-            table.dense, table.relative, np.exp(table.log_prior), chain.concentration, theta, keep, record.kept,
-            record.log_likelihood, record.log_joint, record.n_active, chain.generator,
-        )  # fmt: skip
-    return record.stretch({"theta": theta})
+    return advance_assignment(chain, keep, loops.sweeps_dense, _sweeps_tiled)
 
 
 def _sweeps_tiled(chain: Chain, theta: Int32s, keep: Bools, record: Recorder) -> None:

@@ -8,7 +8,8 @@ from subgoal._kernels import collapsed as loops
 from subgoal._kernels.alg4 import add_assigned
 from subgoal._kernels.collapsed_blocks import largest_first, redraw_rows
 from subgoal._kernels.counts import log_assignment_prior, recount
-from subgoal.partition.protocol import Chain, Int32s, Recorder, Stretch, starting_assignment
+from subgoal.partition.assignments import advance_assignment
+from subgoal.partition.protocol import Chain, Int32s, Recorder, Stretch
 from subgoal.runtime.checks import Bools
 
 
@@ -19,17 +20,7 @@ def collapsed(chain: Chain, keep: Bools) -> Stretch:
     which the others are held (Neal 2000, Algorithm 3, for the finite Dirichlet mixture). A cluster changes its
     candidate only observation by observation, so that neighbouring candidates with nearly equal columns mix slowly.
     """
-    table = chain.table
-    theta = np.array((chain.state or {"theta": starting_assignment(table, chain.generator)})["theta"], np.int32)
-    record = Recorder(table, keep)
-    if table.dense is None:
-        _sweeps_tiled(chain, theta, keep, record)
-    else:
-        loops.sweeps_dense(
-            table.dense, table.relative, np.exp(table.log_prior), chain.concentration, theta, keep, record.kept,
-            record.log_likelihood, record.log_joint, record.n_active, chain.generator,
-        )  # fmt: skip
-    return record.stretch({"theta": theta})
+    return advance_assignment(chain, keep, loops.sweeps_dense, _sweeps_tiled)
 
 
 def _sweeps_tiled(chain: Chain, theta: Int32s, keep: Bools, record: Recorder) -> None:

@@ -12,8 +12,18 @@ from subgoal._kernels import collapsed_blocks as blocks
 from subgoal._kernels import groups as loops
 from subgoal._kernels.persistence import normalise_runs
 from subgoal.partition.priors import Gamma, log_weights
-from subgoal.partition.protocol import FIRST_TABLES, Arrays, Chain, Int32s, Recorder, Stretch, starting_assignment
-from subgoal.partition.shared_weights import draw_mass, log_fit, log_rows, log_shared, mass_of, relative_rows
+from subgoal.partition.protocol import (
+    FIRST_TABLES,
+    Arrays,
+    Chain,
+    Int32s,
+    Recorder,
+    Stretch,
+    log_fit,
+    relative_rows,
+    starting_assignment,
+)
+from subgoal.partition.shared_weights import draw_mass, log_rows, log_shared, mass_of
 from subgoal.runtime.checks import Bools, Floats, Ints
 from subgoal.runtime.errors import InputError
 

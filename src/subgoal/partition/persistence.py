@@ -20,6 +20,8 @@ from subgoal.partition.protocol import (
     Recorder,
     Stretch,
     Table,
+    log_fit,
+    relative_rows,
     starting_assignment,
 )
 from subgoal.runtime.checks import Bools, Floats, Ints
@@ -148,7 +150,7 @@ class _Steps:
     def _filter(self, k: int, weights: Floats, entering: Floats, out: Floats) -> None:
         start, stop = int(self.table.edges[k]), int(self.table.edges[k + 1])
         loops.filter_rows(
-            start, _relative(self.table, start, stop), self.first, self.there_from, self.there, weights, self.keep,
+            start, relative_rows(self.table, start, stop), self.first, self.there_from, self.there, weights, self.keep,
             self.keep_there, entering, out, np.empty(stop - start),
         )  # fmt: skip
 
@@ -217,11 +219,7 @@ class _Steps:
 
     def log_joint(self) -> tuple[float, float]:
         """Σ ℓ[i, θ_i], and the log joint density of everything drawn but the weights, which are integrated out."""
-        rows = np.arange(self.theta.size)
-        fit = 0.0
-        for start, tile in self.table.tiles():
-            block = slice(start, start + len(tile))
-            fit += float(tile[rows[: len(tile)], self.theta[block]].sum())
+        fit = log_fit(self.table, self.theta)
         steps = self._steps()
         value = fit + log_assignment_prior(self.counts, self.prior, self.chain.concentration)
         for number, chance in zip(steps.T, (self.keep, self.keep_there), strict=True):
@@ -257,13 +255,6 @@ def _log_ratio(a: float, b: float) -> float:
     if a == 0:
         return -math.inf
     return math.log(a) - math.log(b) if b > 0 else math.inf
-
-
-def _relative(table: Table, start: int, stop: int) -> Floats:
-    whole = table.relative
-    if whole is not None:
-        return whole[start:stop]
-    return table.relative_tile(start, table.rows(start, stop))
 
 
 def _sparse_rows(table: Table, model: Persistent) -> tuple[Ints, Ints]:

@@ -159,3 +159,17 @@ def starting_assignment(table: Table, generator: np.random.Generator) -> Int32s:
             weight = np.exp(weight - weight.max())
             theta[start + row] = generator.choice(table.n_candidates, p=weight / weight.sum())
     return theta
+
+
+def log_fit(table: Table, theta: Int32s) -> float:
+    """Σ ℓ[i, θ_i]."""
+    fit = 0.0
+    for start, tile in table.tiles():
+        fit += float(tile[np.arange(len(tile)), theta[start : start + len(tile)]].sum())
+    return fit
+
+
+def relative_rows(table: Table, start: int, stop: int) -> Floats:
+    """(stop − start, G) rows of L_ig / Σ_g p_g L_ig."""
+    whole = table.relative
+    return whole[start:stop] if whole is not None else table.relative_tile(start, table.rows(start, stop))

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.special import gammaln, logsumexp
 
 from subgoal.partition.priors import Gamma, slice_draw
-from subgoal.partition.protocol import Int32s, Table
 from subgoal.runtime.checks import Floats, Ints, positive
 
 WIDTH = 1.0
@@ -58,17 +57,3 @@ def draw_mass(mass: float, law: Gamma, tables: int, sizes: Ints, generator: np.r
         return tables * log_mass + inside + law.log_density(value) + log_mass
 
     return math.exp(slice_draw(log_density, math.log(mass), WIDTH, generator))
-
-
-def log_fit(table: Table, theta: Int32s) -> float:
-    """Σ ℓ[i, θ_i]."""
-    fit = 0.0
-    for start, tile in table.tiles():
-        fit += float(tile[np.arange(len(tile)), theta[start : start + len(tile)]].sum())
-    return fit
-
-
-def relative_rows(table: Table, start: int, stop: int) -> Floats:
-    """(stop − start, G) rows of L_ig / Σ_g p_g L_ig."""
-    whole = table.relative
-    return whole[start:stop] if whole is not None else table.relative_tile(start, table.rows(start, stop))

@@ -11,8 +11,8 @@ from scipy.special import gammaln
 
 from subgoal._kernels import sticky_hmm as loops
 from subgoal.partition.priors import Beta, Gamma, log_weights, probability_of, slice_draw
-from subgoal.partition.protocol import Arrays, Chain, Recorder, Stretch, starting_assignment
-from subgoal.partition.shared_weights import log_fit, log_rows, log_shared, mass_of, relative_rows
+from subgoal.partition.protocol import Arrays, Chain, Recorder, Stretch, log_fit, relative_rows, starting_assignment
+from subgoal.partition.shared_weights import log_rows, log_shared, mass_of
 from subgoal.runtime.checks import Bools, Floats, Ints
 from subgoal.runtime.errors import InputError
 
