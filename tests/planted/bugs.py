@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from tests.planted.bug import Bug
+from tests.planted.companion_bugs import COMPANION_BUGS
+from tests.planted.learning_bugs import LEARNING_BUGS
+from tests.planted.persistence_bugs import PERSISTENCE_BUGS
+from tests.planted.sampler_bugs import SAMPLER_BUGS
+from tests.planted.temporal_bugs import STICKY_AND_GROUP_BUGS
 from tests.planted.world_bugs import WORLDS
 
 BLOCKS, ALG4, COUNTS = "_kernels/collapsed_blocks.py", "_kernels/alg4.py", "_kernels/counts.py"
@@ -124,4 +129,7 @@ FILES = [
         'if len(held["draws"]) != len(self._sizes):', "if False:",
         RESUME + "::test_another_memory_budget_never_gives_half_of_the_draws"),
 ]  # fmt: skip
-BUGS = [*SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS]
+BUGS = [
+    *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
+    *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS,
+]  # fmt: skip

@@ -14,8 +14,8 @@ from tests.planted.bugs import BUGS, Bug
 
 ROOT = Path(__file__).parents[2]
 LEAST = 25
-LONGEST = 300
-"""Seconds after which a run is stopped, so that no bug runs on for ever."""
+LONGEST, LONGEST_OF_ALL = 300, 1200
+"""Seconds after which a run is stopped, so that no bug runs on for ever; and the run of all named tests without one."""
 TESTS_FAILED = 1
 """pytest's exit status when tests ran and some failed; errors of collection or usage have others."""
 
@@ -42,18 +42,20 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package, with the loops that the named tests need compiled once in ``loops`` beside it."""
     folder = tmp_path_factory.mktemp("planted")
     shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
-    done = run_tests(folder, folder / "loops", *sorted({bug.test for bug in BUGS}))
+    done = run_tests(folder, folder / "loops", *sorted({bug.test for bug in BUGS}), longest=LONGEST_OF_ALL)
     assert done.returncode == 0, done.stdout[-3000:]
     return folder
 
 
-def run_tests(folder: Path, loops: Path, *tests: str, **environment: str) -> subprocess.CompletedProcess[str]:
+def run_tests(
+    folder: Path, loops: Path, *tests: str, longest: int = LONGEST, **environment: str
+) -> subprocess.CompletedProcess[str]:
     """pytest on the copy, in a process of its own; ``loops`` keeps what is compiled."""
     paths = {"PYTHONPATH": str(folder / "src"), "NUMBA_CACHE_DIR": str(loops), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not t2"]
     return subprocess.run(
         [*command, *(f"tests/{test}" for test in tests)], cwd=ROOT, env={**os.environ, **paths, **environment},
-        capture_output=True, text=True, timeout=LONGEST,
+        capture_output=True, text=True, timeout=longest,
     )  # fmt: skip
 
 
