@@ -65,7 +65,7 @@ def co_clustering(
     BudgetError
         The matrix would be above the budget.
     """
-    labels = _draw_labels(posterior, found)
+    labels = draw_labels(posterior, found)
     n = labels.shape[1]
     needed = 8.0 * n * n + 4.0 * labels.size
     if needed > positive("memory_budget", memory_budget):
@@ -99,7 +99,7 @@ def point_partition(
         As ``co_clustering``.
     """
     together = co_clustering(posterior, found, memory_budget=memory_budget)
-    everything = _draw_labels(posterior, found)
+    everything = draw_labels(posterior, found)
     against = _compact(_spread(everything, whole("draws", draws)))
     problem = _Problem.of(against)
     tried = _compact(_spread(everything, whole("candidates", candidates)))
@@ -167,8 +167,11 @@ def _refuse_contingency(problem: _Problem, clusters: int, budget: float) -> None
         raise BudgetError("point partition", needed=needed, budget=budget, hint="fewer draws=, or merged subgoals")
 
 
-def _draw_labels(posterior: Posterior, found: Subgoals | None) -> Ints:
-    """(chains × draws, N) merged subgoal, or candidate, of each observation in each draw."""
+def draw_labels(posterior: Posterior, found: Subgoals | None) -> Ints:
+    """(chains × draws, N) merged subgoal, or candidate, of each observation in each draw; −1 for the background.
+
+    A candidate that is in no merged subgoal is numbered after them. Raises ``InputError`` without assignments.
+    """
     if posterior.assignments is None:
         raise InputError("posterior.assignments", found="None: they were not kept",
                          wanted="the draws of every observation",

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from subgoal.answers.partition import draw_labels
 from subgoal.answers.subgoals import Subgoals, subgoals
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Bools, Floats, Ints
@@ -45,11 +46,15 @@ class Segments:
         (N,) index into ``Subgoals.listed`` of the subgoal of each observation, −1 for none of them.
     probability:
         (N, S + 1) P(observation i serves listed subgoal k | O); the last column is everything else.
+    boundary:
+        (N,) P(observation i serves another subgoal than the one before it in its trajectory | O); 1 at the first of a
+        trajectory, so that the sum is the expected number of segments. None where the assignments were not kept.
     """
 
     items: tuple[Segment, ...]
     labels: Ints
     probability: Floats
+    boundary: Floats | None = None
 
     def __repr__(self) -> str:
         return f"Segments({len(self)} over {self.labels.size} observations)"
@@ -95,7 +100,33 @@ def segments(posterior: Posterior, found: Subgoals | None = None) -> Segments:
             label = int(best[start]) if best[start] < len(found.listed) else OTHER
             items.append(Segment(d, int(start), int(stop), float(begin), float(end), label, chance))
     labels = np.where(best < len(found.listed), best, OTHER)
-    return Segments(tuple(items), labels, probability)
+    boundary = None if posterior.assignments is None else boundaries(posterior, found)
+    return Segments(tuple(items), labels, probability, boundary)
+
+
+def boundaries(posterior: Posterior, found: Subgoals | None = None) -> Floats:
+    """(N,) P(observation i serves another subgoal than the one before it in its trajectory | O), from the draws.
+
+    Candidates that are merged into one subgoal are the same, so that a draw that goes from one to its near-duplicate
+    has no boundary there; a candidate that is in no subgoal stands for itself, and the background too. Observations
+    that say nothing are passed over in every draw: none is a boundary, and the next one that speaks is compared with
+    the last that spoke. The first of a trajectory has 1.
+
+    Raises ``InputError`` where the assignments were not kept.
+    """
+    labels = draw_labels(posterior, subgoals(posterior) if found is None else found)
+    offset, silent = posterior.demonstrations.offset, np.asarray(posterior.uninformative)
+    spoken = np.flatnonzero(~silent)
+    trajectory = posterior.demonstrations.trajectory[spoken]
+    later = np.flatnonzero(np.diff(trajectory) == 0) + 1
+    changes = np.zeros(later.size, np.int64)
+    for theta in labels:
+        own = theta[spoken]
+        changes += own[later] != own[later - 1]
+    chance = np.zeros(silent.size)
+    chance[spoken[later]] = changes / len(labels)
+    chance[offset[:-1]] = 1.0
+    return chance
 
 
 def _carried(labels: Ints, silent: Bools) -> Ints:
