@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from subgoal.answers.groups import group_shares
 from subgoal.candidates import Candidates
 from subgoal.demonstrations.groups import groups_by_name
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.errors import InputError
 from tests.answers.made import posterior_of
 
@@ -112,3 +114,48 @@ def test_groups_by_name(of) -> None:
 def test_names_without_a_group_are_refused(of, message: str) -> None:
     with pytest.raises(InputError, match=message):
         groups_by_name(named("fox_1", "cat_1"), of)
+
+
+def with_groups(*names: str) -> Posterior:
+    posterior = posterior_of(DRAWS, PLACES, offset=OFFSET)
+    return replace(posterior, demonstrations=replace(posterior.demonstrations, groups=names))
+
+
+def test_groups_of_the_demonstrations_are_the_default() -> None:
+    found = group_shares(with_groups("fox", "fox", "cat"))
+    wanted = group_shares(posterior_of(DRAWS, PLACES, offset=OFFSET), [1, 1, 0])
+    assert found.names == ("cat", "fox")
+    assert wanted.names == ("0", "1")
+    assert np.array_equal(found.per_draw, wanted.per_draw)
+    by_name = group_shares(posterior_of(DRAWS, PLACES, offset=OFFSET), ["fox", "fox", "cat"])
+    assert by_name.names == ("cat", "fox")
+    assert np.array_equal(found.per_draw, by_name.per_draw)
+
+
+def test_without_groups_one_is_told_where_to_get_them() -> None:
+    with pytest.raises(InputError, match="group='animal'"):
+        group_shares(posterior_of(DRAWS, PLACES, offset=OFFSET))
+
+
+def test_groups_are_saved_with_a_posterior(tmp_path: Path) -> None:
+    back = subgoal.load(subgoal.save(with_groups("fox", "fox", "cat"), tmp_path / "p.npz"))
+    assert back.demonstrations.groups == ("fox", "fox", "cat")
+
+
+def test_printed_shares_and_differences() -> None:
+    """By hand: the cat's share of the first subgoal is 0, 1, 2, 4 of its 4 observations, the fox's 4, 5, 6, 4 of 6."""
+    found = group_shares(with_groups("fox", "fox", "cat"))
+    lines = str(found).splitlines()
+    assert len(lines) == 1 + 4 + 1 + 2
+    gap = np.array([0 / 4 - 4 / 6, 1 / 4 - 5 / 6, 2 / 4 - 6 / 6, 4 / 4 - 4 / 6])
+    low, high = np.quantile(gap, [0.05, 0.95])
+    assert lines[1].split() == ["cat:", "subgoal", "1", "43.8", "[3.8,", "92.5]"]
+    told = f"{100 * gap.mean():.1f} [{100 * low:.1f}, {100 * high:.1f}] (may be none)"
+    assert " ".join(lines[6].split()) == f"cat − fox: subgoal 1 {told}"
+    assert found.differs.tolist() == [[bool(low > 0 or high < 0)] * 2]
+
+
+def test_a_difference_whose_interval_leaves_zero_out_is_told_as_sure() -> None:
+    found = group_shares(posterior_of(np.array([[0, 0, 2, 2]] * 4), PLACES, offset=[0, 2, 4]), ["a", "b"])
+    assert found.differs.tolist() == [[True, True]]
+    assert "may be none" not in str(found)

@@ -10,7 +10,7 @@ import numpy as np
 
 from subgoal.answers.subgoals import Subgoals, subgoals
 from subgoal.posterior.posterior import Posterior
-from subgoal.runtime.checks import Floats, Ints
+from subgoal.runtime.checks import Bools, Floats, Ints, copied
 from subgoal.runtime.errors import InputError
 
 INTERVAL = (0.05, 0.95)
@@ -21,12 +21,14 @@ class GroupShares:
     """Shares of K groups in S listed subgoals, over all draws.
 
     Subgoals are merged places, so that nothing here hangs on labels. Shares of a group need not sum to one: what is
-    left serves places that are not listed, or none.
+    left serves places that are not listed, or none. Printed, it is a table of shares and one of differences.
 
     Attributes
     ----------
     subgoals:
         The subgoals; columns below are ``subgoals.listed`` in order.
+    names:
+        The K groups.
     sizes:
         (K,) observations of each group.
     share, interval:
@@ -42,6 +44,7 @@ class GroupShares:
     """
 
     subgoals: Subgoals
+    names: tuple[str, ...]
     sizes: Ints
     share: Floats
     interval: Floats
@@ -54,8 +57,31 @@ class GroupShares:
     def __repr__(self) -> str:
         return f"GroupShares({self.sizes.size} groups, {self.share.shape[1]} subgoals)"
 
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
 
-def group_shares(posterior: Posterior, group: Any, found: Subgoals | None = None) -> GroupShares:
+    def lines(self) -> list[str]:
+        """The shares in percent with their 90 % intervals, then the differences, one line for each subgoal of each."""
+        told = ["share of each group in %, with 90 % intervals"]
+        for k, name in enumerate(self.names):
+            for s, goal in enumerate(self.subgoals.listed):
+                told.append(f"  {name}: {goal.name:<12} {_percent(self.share[k, s], self.interval[k, s])}")
+        told += ["differences in percentage points"] if len(self.pairs) else []
+        for p, (a, b) in enumerate(self.pairs.tolist()):
+            for s, goal in enumerate(self.subgoals.listed):
+                gap = _percent(self.difference[p, s], self.difference_interval[p, s])
+                sure = "" if self.differs[p, s] else "  (may be none)"
+                told.append(f"  {self.names[a]} − {self.names[b]}: {goal.name:<12} {gap}{sure}")
+        return told
+
+    @property
+    def differs(self) -> Bools:
+        """(P, S) whether the 90 % interval of a difference leaves zero out."""
+        low, high = np.moveaxis(self.difference_interval, -1, 0)
+        return np.asarray((low > 0) | (high < 0))
+
+
+def group_shares(posterior: Posterior, group: Any = None, found: Subgoals | None = None) -> GroupShares:
     """Share of each listed subgoal in each group, and the differences between every two groups.
 
     Parameters
@@ -63,11 +89,12 @@ def group_shares(posterior: Posterior, group: Any, found: Subgoals | None = None
     posterior:
         From any sampler. That of ``Grouped`` lets groups differ beforehand; others pull them together.
     group:
-        (D,) number of the group of each trajectory; every number from 0 to the largest occurs.
+        (D,) group of each trajectory: names, or numbers of which every one from 0 to the largest occurs. By default
+        those of the demonstrations (``read(..., group="animal")``).
     found:
         The merged subgoals; made from the posterior if not given.
 
-    Raises ``InputError`` where assignments were not kept, and for groups that are not such numbers.
+    Raises ``InputError`` where assignments were not kept, for groups that are not such, and where there are none.
     """
     if posterior.assignments is None:
         raise InputError(
@@ -75,7 +102,8 @@ def group_shares(posterior: Posterior, group: Any, found: Subgoals | None = None
             hint="fewer draws, or a larger memory budget",
         )  # fmt: skip
     found = subgoals(posterior) if found is None else found
-    own = _group_of_observations(posterior, group)
+    number, names = _numbered(posterior, group)
+    own = _group_of_observations(posterior, number)
     sizes = np.bincount(own)
     n_columns = len(found.listed)
     column = np.append(found.listed_group, -1)
@@ -89,6 +117,7 @@ def group_shares(posterior: Posterior, group: Any, found: Subgoals | None = None
     first, second = shares[:, pairs[:, 0]], shares[:, pairs[:, 1]]
     return GroupShares(
         subgoals=found,
+        names=names or tuple(map(str, range(sizes.size))),
         sizes=sizes,
         share=shares.mean(axis=0),
         interval=_interval(shares),
@@ -98,6 +127,23 @@ def group_shares(posterior: Posterior, group: Any, found: Subgoals | None = None
         larger=(first > second).mean(axis=0) + 0.5 * (first == second).mean(axis=0),
         per_draw=shares.reshape(*posterior.assignments.shape[:2], *shares.shape[1:]),
     )
+
+
+def _percent(value: float, interval: Floats) -> str:
+    low, high = (100 * interval).tolist()
+    return f"{100 * value:6.1f}  [{low:.1f}, {high:.1f}]"
+
+
+def _numbered(posterior: Posterior, group: Any) -> tuple[Any, tuple[str, ...]]:
+    """Numbers of groups, and their names where these are known."""
+    demos = posterior.demonstrations
+    if group is None:
+        return demos.group, demos.group_names
+    given = copied("group", group)
+    if given.dtype.kind != "U" or given.ndim != 1:
+        return given, ()
+    names, number = np.unique(given, return_inverse=True)
+    return number.astype(np.int64), tuple(names.tolist())
 
 
 def _interval(values: Floats) -> Floats:

@@ -127,4 +127,5 @@ def _pairs(recording: Recording, rows: Ints, actions: Floats) -> Demonstrations:
         trajectory_names=left.trajectory_names,
         time_unit=left.time_unit,
         source=source,
+        groups=left.groups,
     )

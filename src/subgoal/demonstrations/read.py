@@ -45,7 +45,7 @@ def read(
     start_within:
         (low, high) for each dimension, ±infinity where there is no bound: only trajectories that start there.
     options:
-        Those of the reader, such as ``position=["x", "y"], time="t", trajectory="id"`` for tables.
+        Those of the reader, such as ``position=["x", "y"], time="t", trajectory="id", group="animal"`` for tables.
 
     Returns
     -------

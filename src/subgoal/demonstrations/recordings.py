@@ -36,6 +36,7 @@ def select_trajectories(recording: Recording, wanted: NDArray[np.bool_], source:
         trajectory_names=tuple(n for n, w in zip(recording.trajectory_names, wanted, strict=True) if w),
         actions=None if recording.actions is None else recording.actions[rows],
         truncated=recording.truncated[wanted],
+        groups=tuple(g for g, w in zip(recording.groups, wanted, strict=True) if w) if recording.groups else (),
         source=source,
     )
 
@@ -77,6 +78,7 @@ def split_at_gaps(recording: Recording, max_gap: float) -> Recording:
         offset=offset,
         trajectory_names=names,
         truncated=recording.truncated[parent] | ~last,
+        groups=tuple(recording.groups[p] for p in parent) if recording.groups else (),
         source=recording.source.noting(gaps_split=len(cuts)),
     )
 

@@ -55,6 +55,8 @@ class Recording:
         (M, k) recorded actions (commands, measured velocities), or None: then velocities are computed.
     truncated:
         (D,) True where the recording stopped before the demonstrator did (it was cut at a gap).
+    groups:
+        (D,) name of the group of each trajectory (an animal, a driver, a day); empty where there are none.
     """
 
     positions: Floats
@@ -67,6 +69,7 @@ class Recording:
     source: Source = field(default_factory=Source)
     actions: Floats | None = None
     truncated: Any = None
+    groups: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         positions = real_array("positions", self.positions, ndim=2)
@@ -91,6 +94,7 @@ class Recording:
         _set(self, positions=positions, times=times, offset=offset, truncated=frozen(truncated))
         _set(self, names=_labels("names", self.names, positions.shape[1], "x"))
         _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, len(offset) - 1, "T"))
+        _set(self, groups=_group_labels(self.groups, len(offset) - 1))
 
     def __repr__(self) -> str:
         told = f"{len(self.times)} samples of ({', '.join(self.names)})"
@@ -122,7 +126,7 @@ class Demonstrations:
         (D,) True where the recording stopped before the demonstrator did.
     coordinates:
         (S, d) where the states of a discrete world lie, for distances and pictures, or None.
-    names, units, trajectory_names, time_unit, source:
+    names, units, trajectory_names, time_unit, source, groups:
         As in ``Recording``; one name per dimension of the states, or of the coordinates where there are some.
 
     Raises
@@ -143,6 +147,7 @@ class Demonstrations:
     time_unit: str = "s"
     source: Source = field(default_factory=Source)
     coordinates: Any = None
+    groups: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         states, actions = _values("states", self.states), _values("actions", self.actions)
@@ -165,6 +170,7 @@ class Demonstrations:
         width = states.shape[1] if states.ndim == 2 else 1 if coordinates is None else coordinates.shape[1]
         _set(self, names=_labels("names", self.names, width, "x"))
         _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, count, "T"))
+        _set(self, groups=_group_labels(self.groups, count))
 
     def __repr__(self) -> str:
         told = f"{self.n_observations} pairs of ({', '.join(self.names)})"
@@ -195,6 +201,20 @@ class Demonstrations:
     def trajectory(self) -> Ints:
         """(N,) index of the trajectory of each pair."""
         return np.repeat(np.arange(self.n_trajectories), np.diff(self.offset))
+
+    @property
+    def group_names(self) -> tuple[str, ...]:
+        """The K names of the groups, sorted."""
+        return tuple(sorted(set(self.groups)))
+
+    @property
+    def group(self) -> Ints:
+        """(D,) number of the group of each trajectory, into ``group_names``; ``InputError`` where there are none."""
+        if not self.groups:
+            hint = "read(..., group='animal'), or dataclasses.replace(demonstrations, groups=names)"
+            raise InputError("groups", found="none", wanted="the name of a group for each trajectory", hint=hint)
+        number = {name: k for k, name in enumerate(self.group_names)}
+        return np.array([number[name] for name in self.groups], np.int64)
 
     @property
     def is_discrete(self) -> bool:
@@ -259,6 +279,13 @@ def _labels(what: str, given: Sequence[str], count: int, prefix: str) -> tuple[s
     if len(given) != count:
         raise InputError(what, found=f"{len(given)} labels", wanted=f"{count}")
     return tuple(str(label) for label in given)
+
+
+def _group_labels(given: Any, count: int) -> tuple[str, ...]:
+    """A name for each trajectory, or none at all."""
+    if isinstance(given, str):
+        raise InputError("groups", found=repr(given), wanted=f"{count} names, one for each trajectory")
+    return _labels("groups", tuple(given), count, "") if len(given) else ()
 
 
 def _set(record: Any, **values: Any) -> None:

@@ -62,7 +62,7 @@ def save(posterior: Posterior, path: str | Path) -> Path:
         "settings": asdict(posterior.settings), "status": posterior.status.name, "seconds": posterior.seconds,
         "diagnostics": {name: asdict(each) for name, each in posterior.diagnostics.items()},
         "names": demos.names, "units": demos.units, "trajectory_names": demos.trajectory_names,
-        "time_unit": demos.time_unit, "source": asdict(demos.source),
+        "time_unit": demos.time_unit, "source": asdict(demos.source), "groups": demos.groups,
         "candidate_names": candidates.names, "radius": candidates.radius,
     }  # fmt: skip
     path = Path(path)
@@ -94,6 +94,7 @@ def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Poste
         final_states=arrays["final_states"], truncated=arrays["truncated"], names=tuple(header["names"]),
         units=header["units"], trajectory_names=tuple(header["trajectory_names"]), time_unit=header["time_unit"],
         source=Source(**header["source"]), coordinates=arrays.get("coordinates"),
+        groups=tuple(header.get("groups", ())),
     )  # fmt: skip
     candidates = Candidates(
         points=arrays["points"], log_prior=arrays["log_prior"], names=tuple(header["candidate_names"]),

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from subgoal.demonstrations.clock import check_clock, order_rows
+from subgoal.demonstrations.readers.grouping import group_of_each, numbered
 from subgoal.demonstrations.recordings import piece_names
 from subgoal.demonstrations.records import Recording, Source
 from subgoal.runtime.checks import Floats, Ints, positive
@@ -32,11 +33,12 @@ class Choice:
     trajectory: str | None = None
     action: tuple[str, ...] = ()
     likelihood: str | None = None
+    group: str | None = None
 
     @property
     def all(self) -> tuple[str, ...]:
         """Every column that is needed, each once."""
-        single = [n for n in (self.time, self.trajectory, self.likelihood) if n is not None]
+        single = [n for n in (self.time, self.trajectory, self.likelihood, self.group) if n is not None]
         return tuple(dict.fromkeys([*self.position, *self.action, *single]))
 
 
@@ -61,10 +63,11 @@ class Treatment:
 
 
 def choose(
-    path: Any, found: Sequence[str], position: Any, time: Any, trajectory: Any, action: Any, likelihood: Any
+    path: Any, found: Sequence[str], position: Any, time: Any, trajectory: Any, action: Any, likelihood: Any, group: Any
 ) -> Choice:
     """The columns the caller named, or x, y (z), t, time or timestamp, and id, track or the like where they are there.
 
+    The column of the group is not taken for that of the trajectory unless it is named for both.
     Raises ``ReadError`` listing the columns found when one is missing or ambiguous.
     """
     lower = {name.lower(): name for name in reversed(found)}
@@ -77,13 +80,15 @@ def choose(
     if time is None:
         time = next((lower[n] for n in TIME_NAMES if n in lower), None)
     if trajectory is None:
-        trajectory = next((lower[n] for n in TRAJECTORY_NAMES if n in lower and lower[n] not in position), None)
+        taken = {*column_names("position", position), _name("group", group)}
+        trajectory = next((lower[n] for n in TRAJECTORY_NAMES if n in lower and lower[n] not in taken), None)
     choice = Choice(
         column_names("position", position),
         _name("time", time),
         _name("trajectory", trajectory),
         () if action is None else column_names("action", action),
         _name("likelihood", likelihood),
+        _name("group", group),
     )
     for name in choice.all:
         if found.count(name) != 1:
@@ -174,6 +179,10 @@ def assemble(path: Any, columns: dict[str, Any], choice: Choice, how: Treatment,
     row, source = _complete(len(places), bad, source)
     if not len(row):
         raise ReadError(str(path), found=f"no complete row ({source.notes})", wanted="at least one")
+    of_each = []
+    if choice.group is not None:
+        own = columns[choice.group]
+        of_each = group_of_each(path, choice.group, own, rows=row, trajectory=group, labels=labels)
     order, piece, source = order_rows(times[row], group[row], source, how.clock, where=row)
     row = row[order]
     starts = np.flatnonzero((np.diff(group[row], prepend=-1) != 0) | (np.diff(piece, prepend=0) != 0))
@@ -184,6 +193,7 @@ def assemble(path: Any, columns: dict[str, Any], choice: Choice, how: Treatment,
         positions=scaled, times=times[row], offset=np.append(starts, len(row)), names=choice.position,
         units=how.units, trajectory_names=piece_names([labels[g] for g in present], parent)[0], time_unit=unit,
         source=source, actions=None if actions is None else actions[row],
+        groups=tuple(of_each[g] for g in group[row][starts]) if of_each else (),
     )  # fmt: skip
 
 
@@ -195,10 +205,7 @@ def _groups(columns: dict[str, Any], trajectory: str | None, count: int) -> tupl
     """Trajectory number of each row in order of first appearance (−1 where it is missing), and their labels."""
     if trajectory is None:
         return np.zeros(count, np.int64), ["T0"]
-    import pandas as pd
-
-    codes, labels = pd.factorize(pd.Series(columns[trajectory]), use_na_sentinel=True)
-    return codes.astype(np.int64), [str(label) for label in labels]
+    return numbered(columns[trajectory])
 
 
 def _times(path: Any, columns: dict[str, Any], choice: Choice, how: Treatment, group: Ints) -> tuple[Floats, str]:

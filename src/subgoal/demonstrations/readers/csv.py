@@ -20,6 +20,7 @@ def read_csv(
     time: str | None = None,
     trajectory: str | None = None,
     action: Sequence[str] | None = None,
+    group: str | None = None,
     likelihood: str | None = None,
     min_likelihood: float = 0.6,
     scale: float = 1.0,
@@ -46,6 +47,9 @@ def read_csv(
         Column whose value tells trajectories apart; their rows may be interleaved.
     action:
         Columns of recorded actions; without it velocities are computed later.
+    group:
+        Column that says which group (animal, driver, day) a row's trajectory belongs to: ``subgoal.models.Grouped``
+        then gives each group weights of its own. All rows of a trajectory must have the same value.
     likelihood, min_likelihood:
         Column of a tracker's confidence; rows below the minimum are dropped.
     scale, units:
@@ -64,15 +68,16 @@ def read_csv(
     Raises
     ------
     ReadError
-        The file is missing, is no such table, lacks a column, or a cell is no finite number; names file and row.
+        The file is missing, is no such table, lacks a column, a cell is no finite number, or a trajectory has no
+        group or two; names file and row.
     InputError
         An option is not what it should be.
     """
     how = Treatment(scale, units, time_scale, clock, min_likelihood, rate)
     path = plain_file(path)
     layout = find_layout(path, separator, decimal)
-    choice = choose(path, layout.names, position, time, trajectory, action, likelihood)
-    text = () if choice.trajectory is None else (choice.trajectory,)
+    choice = choose(path, layout.names, position, time, trajectory, action, likelihood, group)
+    text = [name for name in (choice.trajectory, choice.group) if name is not None]
     columns = table(path, layout, choice.all, text)
     source = source_of(path).noting(file_was_not_UTF8_and_was_read_as_Latin1=int(layout.latin))
     return assemble(path, columns, choice, how, source)

@@ -26,7 +26,8 @@ def read_labyrinth(path: Any, session: str | None = None) -> Demonstrations:
 
     Each bout of a session is a trajectory "session/bout": states are nodes 0 to 126, actions 0 (to 2n + 1), 1 (to
     2n + 2) and 2 (back), the final state is the last node of the bout, ``truncated`` where that is not the exit
-    127. Times are frames within the bout. Bouts of one visit are dropped and counted. ``session`` picks one mouse.
+    127. Times are frames within the bout, groups are the sessions. Bouts of one visit are dropped and counted.
+    ``session`` picks one mouse.
 
     Raises ``ReadError`` for an unknown session, a node that does not exist, visits out of order, and a step that
     no corridor of the labyrinth allows, naming the row.
@@ -72,6 +73,7 @@ def _walks(path: Path, names: Any, whole: dict[str, Ints], rows: Ints) -> Demons
         names=("node",),
         trajectory_names=tuple(label for label, kept in zip(labels, long, strict=True) if kept),
         time_unit="frame",
+        groups=tuple(str(name) for name in names[starts[long]]),
         source=source_of(path).noting(bouts_of_one_visit_dropped=int((~long).sum())),
     )
 

@@ -17,20 +17,27 @@ from subgoal.runtime.errors import ReadError
 
 
 def read_npz(
-    path: Any, *, action: Sequence[str] | None = None, rate: float | None = None, scale: float = 1.0, units: str = ""
+    path: Any,
+    *,
+    action: Sequence[str] | None = None,
+    group: str | None = None,
+    rate: float | None = None,
+    scale: float = 1.0,
+    units: str = "",
 ) -> Recording:
     """Read ``positions`` (M, d), ``times`` (M,) and ``offset`` (D+1,) from an archive.
 
     Without ``times``, samples are numbered within their trajectory (and divided by ``rate`` if given); without
     ``offset`` they are one trajectory. ``action`` names arrays (M, k) or (M,) of recorded actions, side by side.
-    ``scale`` multiplies the positions, ``units`` is their unit then.
+    ``group`` names an array (D,) of whole numbers, the group of each trajectory. ``scale`` multiplies the positions,
+    ``units`` is their unit then.
 
     Raises ``ReadError`` for pickled objects, bombs, torn files and arrays that do not fit each other.
     """
     how = Treatment(scale=scale, units=units, rate=rate)
     path = plain_file(path)
     named = () if action is None else column_names("action", action)
-    arrays = load_arrays(path, ("positions", *named), ("times", "offset"))
+    arrays = load_arrays(path, ("positions", *named, *_one("group", group)), ("times", "offset"))
     count = len(np.atleast_1d(arrays["positions"]))
     offset = arrays.get("offset", np.array([0, count]))
     times, unit = arrays.get("times"), "s"
@@ -46,20 +53,40 @@ def read_npz(
     return Recording(
         positions=places[:, None] if places.ndim == 1 else places, times=times, offset=offset,
         names=(), units=how.units, time_unit=unit, source=source_of(path), actions=actions,
+        groups=_groups(path, arrays, group, np.size(offset) - 1),
     )  # fmt: skip
 
 
-def read_pairs(path: Any, *, units: str = "") -> Demonstrations:
+def read_pairs(path: Any, *, group: str | None = None, units: str = "") -> Demonstrations:
     """Read ready state-action pairs: ``states`` and ``actions``, and if they are there ``offset``, ``times``,
     ``final_states`` and ``truncated``, shaped as in ``Demonstrations``. Without ``offset`` the pairs are unordered.
+    ``group`` as in ``read_npz``.
 
     Raises ``ReadError`` as ``read_npz`` does.
     """
     path = plain_file(path)
-    arrays = load_arrays(path, ("states", "actions"), ("offset", "times", "final_states", "truncated"))
+    optional = ("offset", "times", "final_states", "truncated")
+    arrays = load_arrays(path, ("states", "actions", *_one("group", group)), optional)
     with guarded(path, "arrays of at least one dimension"):
-        len(arrays["states"])
-    return Demonstrations.from_arrays(**arrays, units=units, source=source_of(path))
+        count = len(arrays["states"])
+    groups = _groups(path, arrays, group, np.size(arrays["offset"]) - 1 if "offset" in arrays else count)
+    fields = {name: arrays[name] for name in ("states", "actions", *optional) if name in arrays}
+    return Demonstrations.from_arrays(**fields, units=units, source=source_of(path), groups=groups)
+
+
+def _one(what: str, name: Any) -> tuple[str, ...]:
+    return () if name is None else column_names(what, name)[:1]
+
+
+def _groups(path: Path, arrays: dict[str, NDArray[Any]], name: str | None, count: int) -> tuple[str, ...]:
+    """Names of the groups of ``count`` trajectories: the whole numbers of an array. ``ReadError`` for any other."""
+    if name is None:
+        return ()
+    values = arrays[name]
+    if values.shape != (count,) or values.dtype.kind not in "iu":
+        found, wanted = f"{values.dtype} of shape {values.shape}", f"whole numbers of shape ({count},)"
+        raise ReadError(str(path), where=f"array {name!r}", found=found, wanted=wanted)
+    return tuple(str(value) for value in values.tolist())
 
 
 def array_names(path: Path) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ def read_parquet(
     time: str | None = None,
     trajectory: str | None = None,
     action: Sequence[str] | None = None,
+    group: str | None = None,
     likelihood: str | None = None,
     min_likelihood: float = 0.6,
     scale: float = 1.0,
@@ -34,7 +35,7 @@ def read_parquet(
         import pyarrow.parquet as pq
 
         with pq.ParquetFile(path) as file:
-            choice = choose(path, file.schema_arrow.names, position, time, trajectory, action, likelihood)
+            choice = choose(path, file.schema_arrow.names, position, time, trajectory, action, likelihood, group)
             check_unpacked(path, "all rows", 8 * file.metadata.num_rows * len(choice.all), path.stat().st_size)
             columns = {name: _column(path, file, name) for name in choice.all}
     return assemble(path, columns, choice, how, source_of(path))

@@ -31,7 +31,7 @@ def read_tum(
     """
     how = Treatment(scale=scale, units=units, clock=clock)
     path = plain_file(path)
-    choice = choose(path, COLUMNS, position, "timestamp", None, None, None)
+    choice = choose(path, COLUMNS, position, "timestamp", None, None, None, None)
     found = find_layout(path, separator=" ", decimal=".")
     if len(found.names) != len(COLUMNS):
         raise ReadError(str(path), found=f"{len(found.names)} columns", wanted=f"{len(COLUMNS)}: {' '.join(COLUMNS)}")
