@@ -1,9 +1,9 @@
 """Loops of the sampler ``collapsed_blocks``: one pass over the table per sweep. State arrays are written.
 
-For each observation in turn its candidate is redrawn with its own count removed and the new candidate summed out;
-then it is seated at a table of a Chinese restaurant with concentration ηp_g among those of its candidate, and its row
-is added to the table's sum. After the pass every table redraws its candidate. Blocks of rows keep the table in cache;
-the same blocks serve dense and tiled tables, so that both give the same draws.
+For each observation in turn its candidate is redrawn with its own count removed and the new candidate summed out. In
+every fourth sweep, by lot, it is then seated at a table of a Chinese restaurant with concentration ηp_g among those of
+its candidate, and its row is added to the table's sum; after the pass every table redraws its candidate. Blocks of rows
+keep the table in cache; the same blocks serve dense and tiled tables, so that both give the same draws.
 """
 
 from __future__ import annotations
@@ -13,11 +13,22 @@ from math import exp
 import numpy as np
 from numba import njit
 
+from subgoal._kernels.alg4 import add_assigned
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal._kernels.draws import choose
 
+BLOCKS_IN = 0.25
+"""Share of the sweeps in which clusters move: sums over their rows cost more than all else in a sweep."""
 NEGLIGIBLE = -60.0
 """Weights below e^−60 of the largest vanish in its last binary digit, and in that of their sum."""
+
+
+@njit(cache=True, nogil=True)
+def clusters_move(work, generator):
+    """Whether this is a sweep in which clusters move."""
+    work[0] = BLOCKS_IN
+    work[1] = 1.0 - BLOCKS_IN
+    return choose(work, 2, generator) == 0
 
 
 @njit(cache=True, nogil=True)
@@ -144,7 +155,7 @@ def sweeps_dense(table, relative, edges, prior, log_prior, concentration, theta,
     sizes = np.empty(n, np.int64)
     dishes = np.empty(n, np.int64)
     slots = np.empty(n, np.int64)
-    work = np.empty(max(n, g_count) + 1)
+    work = np.empty(max(n, g_count, 2) + 1)
     rows = 0
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
@@ -152,15 +163,22 @@ def sweeps_dense(table, relative, edges, prior, log_prior, concentration, theta,
         seen = np.zeros(g_count, np.int64)
         first = np.full(g_count, -1, np.int64)
         n_tables = 0
+        moving = clusters_move(work, generator)
+        fit = 0.0
         for e in range(edges.size - 1):
             a, b = edges[e], edges[e + 1]
             k = redraw_rows(a, relative[a:b], theta, counts, active, place, k, concentration, prior, work, generator)
+            if not moving:
+                fit = add_assigned(fit, table[a:b], theta[a:b])
+                continue
             sums = with_room(sums, n_tables + b - a)
             n_tables = seat_rows(
                 a, table[a:b], theta, prior, concentration, table_of, seen, first, following, sizes, sums, n_tables,
                 work, slots, generator,
             )  # fmt: skip
-        log_likelihood[s] = move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)
+        if moving:
+            fit = move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)
+        log_likelihood[s] = fit
         n_active[s] = recount(theta, counts, active, place)
         log_joint[s] = log_likelihood[s] + log_assignment_prior(counts, prior, concentration)
         if keep[s]:

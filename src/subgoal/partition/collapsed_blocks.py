@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from subgoal._kernels import collapsed_blocks as loops
+from subgoal._kernels.alg4 import add_assigned
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal.partition.protocol import FIRST_TABLES, Chain, Int32s, Recorder, Stretch, starting_assignment
 from subgoal.runtime.checks import Bools
@@ -14,9 +15,10 @@ def collapsed_blocks(chain: Chain, keep: Bools) -> Stretch:
     """Advance one chain by ``len(keep)`` sweeps of dish-level collapsed Gibbs with table block moves.
 
     A sweep redraws each θ_i ∝ (n_g without i + ηp_g)·L_ig with all G candidates in play at the cost of the active
-    ones, seats the observations of each candidate by a Chinese restaurant of concentration ηp_g, and redraws the
-    candidate of every table ∝ p_g·Π L_ig. Exact: invariant for p(θ | O) of the finite Dirichlet mixture that the
-    Dirichlet process with a finite base is (Neal 2000, Algorithm 2, with the dish integral a finite sum).
+    ones. One sweep in four, by lot, then seats the observations of each candidate by a Chinese restaurant of
+    concentration ηp_g, and redraws the candidate of every table ∝ p_g·Π L_ig. Exact: both leave p(θ | O) of the finite
+    Dirichlet mixture invariant that the Dirichlet process with a finite base is (Neal 2000, Algorithm 2, with the dish
+    integral a finite sum).
     """
     table = chain.table
     state = chain.state or {"theta": starting_assignment(table, chain.generator)}
@@ -40,22 +42,27 @@ def _sweeps_tiled(chain: Chain, theta: Int32s, keep: Bools, record: Recorder) ->
     prior, log_prior = np.exp(table.log_prior), table.log_prior
     counts, active, place = (np.empty(g_count, np.int64) for _ in range(3))
     table_of, following, sizes, dishes, slots = (np.empty(n, np.int64) for _ in range(5))
-    work = np.empty(max(n, g_count) + 1)
+    work = np.empty(max(n, g_count, 2) + 1)
     sums = np.empty((FIRST_TABLES, g_count))
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
         loops.largest_first(counts, active, place, k)
         seen, first, n_tables = np.zeros(g_count, np.int64), np.full(g_count, -1, np.int64), 0
+        moving, value = loops.clusters_move(work, generator), 0.0
         for start, tile in table.tiles():
             relative = table.relative_tile(start, tile)
             k = loops.redraw_rows(
                 start, relative, theta, counts, active, place, k, concentration, prior, work, generator
             )
+            if not moving:
+                value = add_assigned(value, tile, theta[start : start + len(tile)])
+                continue
             sums = loops.with_room(sums, n_tables + len(tile))
             n_tables = loops.seat_rows(
                 start, tile, theta, prior, concentration, table_of, seen, first, following, sizes, sums, n_tables,
                 work, slots, generator,
             )  # fmt: skip
-        value = loops.move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)
+        if moving:
+            value = loops.move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)
         k = recount(theta, counts, active, place)
         record.sweep(s, keep[s], theta, k, value, value + log_assignment_prior(counts, prior, concentration))
