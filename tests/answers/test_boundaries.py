@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -28,9 +29,8 @@ def test_a_boundary_is_where_the_subgoal_changes_in_so_many_draws() -> None:
 def test_the_sum_is_the_expected_number_of_segments() -> None:
     generator = np.random.default_rng(0)
     draws, offset = generator.integers(0, 4, (30, 20)), [0, 7, 8, 20]
-    counts = [
-        3 + sum((np.diff(row[a:b]) != 0).sum() for a, b in zip(offset, offset[1:], strict=False)) for row in draws
-    ]
+    ranges = list(itertools.pairwise(offset))
+    counts = [len(ranges) + sum((np.diff(row[a:b]) != 0).sum() for a, b in ranges) for row in draws]
     found = boundaries(posterior_of(draws, APART, offset=offset))
     assert found.sum() == pytest.approx(np.mean(counts), abs=1e-12)
 

@@ -10,11 +10,11 @@ import pytest
 from scipy.special import logsumexp
 
 import subgoal
-from subgoal.answers import filtering as module
 from subgoal.answers.filtering import filtering
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.again import same_likelihood
 from subgoal.models import Beta, Gamma, Grouped, NoiseLevels, OwnConfidence, Persistent, StickyHMM
+from subgoal.posterior import laws as module
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.errors import InputError
 from tests.posterior.worlds import corner_likelihood, quiet_sample, table

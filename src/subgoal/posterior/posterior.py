@@ -183,3 +183,18 @@ class Posterior:
     def background(self) -> Floats:
         """(N,) P(no subgoal is behind the observation | O)."""
         return np.clip(1 - np.asarray(self.shares.sum(axis=1)).ravel(), 0, 1)
+
+    def to_arviz(self, *, log_likelihood: bool = False, seed: int = 0) -> Any:
+        """An ArviZ ``DataTree`` (its InferenceData) with dimensions by name; needs the extra ``arviz``.
+
+        Groups: ``posterior``, label-invariant summaries of each draw and what else was sampled; ``sample_stats``, with
+        ``lp`` the log joint; ``observed_data`` and ``constant_data``; provenance as attributes of all.
+
+        ``log_likelihood`` adds a group of that name with log p(actions of each trajectory | draw), subgoals summed out,
+        so that ``arviz_stats.loo`` leaves out trajectories and not steps of time: ``seed`` draws the weights that this
+        needs. It filters all demonstrations once for each draw. Raises ``InputError`` where that is no probability:
+        for groups, weighted observations, and posteriors without their likelihood.
+        """
+        from subgoal.posterior.export import to_arviz
+
+        return to_arviz(self, log_likelihood=log_likelihood, seed=seed)
