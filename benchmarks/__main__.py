@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import command, planning, sampling, table
+from benchmarks import command, planning, sampling, table, temporal
 
 
 def main() -> int:
@@ -14,6 +14,7 @@ def main() -> int:
         command.start,
         table.whole_table,
         sampling.sweeps,
+        temporal.sweeps,
         table.tiled_pass,
         planning.subgoals,
         planning.table_4_1,

@@ -92,6 +92,7 @@ def test_moves_of_runs_leave_the_posterior_invariant(keeps, together: bool, monk
     from subgoal._kernels import collapsed_blocks
 
     monkeypatch.setattr(module, "RUN_TABLE", 0 if together else 2**24)
+    monkeypatch.setattr(module, "RUN_SWEEPS", 1)
     table = temporal_table("generic", 4, 2)
     prior = np.exp(table.log_prior)
     arrived = ARRIVED[:, :2]

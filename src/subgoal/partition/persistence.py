@@ -32,6 +32,8 @@ LOGITS = 27.0
 """ρ stays within e^−27 of zero and of one."""
 RUN_TABLE = 2**24
 """Most entries of the table of runs by candidates; above it runs are moved together and not one by one."""
+RUN_SWEEPS = 4
+"""Sweeps over the runs in one over the recording: there are far fewer of them."""
 
 
 @dataclass(frozen=True)
@@ -162,10 +164,10 @@ class _Steps:
             sums = self._sums(run, theta.size)
             relative = np.empty_like(sums)
             loops.normalise_runs(sums, self.table.log_prior, relative)
-            trace = np.empty(1), np.empty(1), np.empty(1, np.int64)
+            trace = np.empty(RUN_SWEEPS), np.empty(RUN_SWEEPS), np.empty(RUN_SWEEPS, np.int64)
             blocks.sweeps_dense(
                 sums, relative, np.array([0, theta.size]), self.prior, self.table.log_prior,
-                self.chain.concentration, theta, np.empty((FIRST_TABLES, self.prior.size)), np.zeros(1, bool),
+                self.chain.concentration, theta, np.empty((FIRST_TABLES, self.prior.size)), np.zeros(RUN_SWEEPS, bool),
                 np.empty((0, theta.size), np.int32), *trace, self.chain.generator,
             )  # fmt: skip
         else:
