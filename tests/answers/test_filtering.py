@@ -130,16 +130,19 @@ def test_weights_are_drawn_given_the_counts_of_the_draw(background: float, monke
     for model in (None, Persistent()):
         posterior = posterior_of(model, likelihood, concentration=Gamma())
         shapes.clear()
-        filtering(posterior, held_out(), draws=1)
-        prior = posterior.parameters["concentration"][0, 0] * np.exp(likelihood.log_prior)
-        counts = shapes[0] - prior
-        np.testing.assert_allclose(counts, np.round(counts), atol=1e-9)
-        if model is None:
-            theta = np.where(posterior.assignments[0, 0] < 0, 3, posterior.assignments[0, 0])
-            np.testing.assert_allclose(counts, np.bincount(theta, minlength=likelihood.n_candidates), atol=1e-9)
-        else:
-            assert counts.sum() == pytest.approx(posterior.redraws.count[: posterior.redraws.offset[1]].sum())
-            assert counts.sum() < posterior.n_observations
+        filtering(posterior, held_out(), draws=24)
+        etas, theta = posterior.parameters["concentration"].ravel(), posterior.assignments.reshape(24, -1)
+        assert not background or model is not None or (theta < 0).any()
+        for row, (shape, eta) in enumerate(zip(shapes, etas, strict=True)):
+            counts = shape - eta * np.exp(likelihood.log_prior)
+            np.testing.assert_allclose(counts, np.round(counts), atol=1e-9)
+            if model is None:
+                served = np.where(theta[row] < 0, 3, theta[row])
+                np.testing.assert_allclose(counts, np.bincount(served, minlength=likelihood.n_candidates), atol=1e-9)
+            else:
+                drawn = posterior.redraws.count[slice(*posterior.redraws.offset[row : row + 2])].sum()
+                assert counts.sum() == pytest.approx(drawn)
+                assert counts.sum() < posterior.n_observations
 
 
 def test_a_hidden_markov_model_is_filtered_as_the_sum_over_paths(monkeypatch) -> None:

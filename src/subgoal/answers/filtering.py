@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
 
 from subgoal._kernels.filters import add_weighted
 from subgoal.answers.held_out import held_out_table
@@ -81,6 +80,6 @@ def averaged(
         so_far = log_total[:, r] if first[r] else so_far + log_total[:, r]
         after[:, r] = so_far
     before = after - log_total
-    total = logsumexp(after, axis=0)
+    total = np.logaddexp.reduce(after, axis=0)
     add_weighted(filtered, np.exp(after - total), probability)
-    return np.asarray(total - logsumexp(before, axis=0)), so_far
+    return np.asarray(total - np.logaddexp.reduce(before, axis=0)), so_far
