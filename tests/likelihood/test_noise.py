@@ -1,4 +1,4 @@
-"""Learned noise: the table at any confidence, moves against quadrature, truths covered, scores against differences."""
+"""Learned noise: the table at any confidence, moves against quadrature, truths covered."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from subgoal.runtime.errors import InputError
 from tests.likelihood.test_action_comparison import METRICS, scene
 from tests.likelihood.test_planned_actions import walks
 from tests.mdp.small_worlds import world
+from tests.posterior.worlds import quiet_sample
 
 LEVEL = 3e-6
 KINDS = ("plain 2-D", "angle", "3-D, an angle", "weights", "direction", "action", "planned")
@@ -201,72 +202,6 @@ def test_tables_of_one_and_own_confidence_are_rows_at_that_confidence(kind: str)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_assigned_densities_are_entries_of_the_table(kind: str) -> None:
-    """At one confidence and at one for each observation; of some observations only."""
-    plain = made(kind, 300)
-    n, theta = plain.n_observations, assignments(plain)
-    told, each = plain.source.assigned(theta), np.random.default_rng(2).uniform(0.3, 8, n)
-    rows = np.arange(n)
-    wanted = plain.source.log_density(0, n, 2.5)[rows, theta]
-    np.testing.assert_allclose(told.log_density(2.5), wanted, rtol=1e-12, atol=1e-12)
-    some = np.array([280, 7, 0, 31])
-    np.testing.assert_allclose(told.some(some).log_density(2.5), wanted[some], rtol=1e-12, atol=1e-12)
-    wanted = [plain.source.log_density(i, i + 1, float(each[i]))[0, theta[i]] for i in range(0, n, 10)]
-    np.testing.assert_allclose(told.log_density(each)[::10], wanted, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(told.some(rows[::10]).log_density(each[::10]), wanted, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("kind", ["plain 2-D", "3-D, an angle", "weights", "direction"])
-def test_scores_of_directions_are_differences_along_the_sphere(kind: str) -> None:
-    """Turn the direction asked for by ±h in each of the tangents: α·cos(φ/2) towards the one taken."""
-    plain = made(kind)
-    told, h = plain.source.assigned(assignments(plain)), 1e-5
-    alpha = np.random.default_rng(1).uniform(0.5, 6, plain.n_observations)
-    score = told.score(alpha)
-    generator = np.random.default_rng(4)
-    for _ in range(3):
-        step = generator.normal(size=told.asked.shape)
-        step -= (step * told.asked).sum(axis=1)[:, None] * told.asked
-        step /= np.linalg.norm(step, axis=1)[:, None]
-        ahead, back = (
-            replace(told, asked=math.cos(h) * told.asked + s * math.sin(h) * step).log_density(alpha) for s in (1, -1)
-        )
-        slope = np.where(told.flat, 0.0, (ahead - back) / (2 * h))
-        np.testing.assert_allclose((score * step).sum(axis=1), slope, rtol=0, atol=2e-4)
-    np.testing.assert_allclose((score * told.asked).sum(axis=1), 0, atol=1e-12)
-    assert not score[told.flat].any()
-
-
-def test_scores_of_actions_are_differences_of_what_is_asked() -> None:
-    plain = made("action")
-    told, h = plain.source.assigned(assignments(plain)), 1e-5
-    alpha = np.random.default_rng(1).uniform(0.5, 6, plain.n_observations)
-    score = told.score(alpha)
-    for k in range(told.gap.shape[1]):
-        step = h * (np.arange(told.gap.shape[1]) == k)
-        slope = (replace(told, gap=told.gap - step).log_density(alpha)
-                 - replace(told, gap=told.gap + step).log_density(alpha)) / (2 * h)  # fmt: skip
-        np.testing.assert_allclose(score[:, k], slope, rtol=0, atol=1e-4)
-    flat = replace(told, flat=np.ones_like(told.flat))
-    assert not flat.score(2.0).any()
-    np.testing.assert_allclose(flat.log_density(2.0), plain.source.log_flat(0, plain.n_observations))
-
-
-def test_scores_of_values_are_differences_by_the_values() -> None:
-    plain = made("planned")
-    told, h = plain.source.assigned(assignments(plain)), 1e-6
-    alpha = np.random.default_rng(1).uniform(0.5, 6, plain.n_observations)
-    score = told.score(alpha)
-    for a in range(told.values.shape[1]):
-        step = h * (np.arange(told.values.shape[1]) == a)
-        slope = (replace(told, values=told.values + step).log_density(alpha)
-                 - replace(told, values=told.values - step).log_density(alpha)) / (2 * h)  # fmt: skip
-        np.testing.assert_allclose(score[:, a], slope, rtol=0, atol=1e-7)
-    np.testing.assert_allclose(score.sum(axis=1), 0, atol=1e-12)
-    assert (score[np.isneginf(told.values)] == 0).all()
-
-
-@pytest.mark.parametrize("kind", KINDS)
 def test_background_is_one_more_column_of_its_prior(kind: str) -> None:
     plain = made(kind)
     wide = plain.with_background(0.25)
@@ -306,6 +241,30 @@ def test_priors_of_the_noise_are_per_unit_of_the_confidence() -> None:
     assert OneConfidence(law).of(plain).log_density(values[:1]) == pytest.approx(wanted[0], abs=1e-12)
     assert OwnConfidence(law).of(plain).log_density(values) == pytest.approx(sum(wanted), abs=1e-12)
     assert NoiseLevels((1.0, 2.0, 3.0, 4.0)).of(plain).log_density(np.full(4, 0.25)) == pytest.approx(math.log(6))
+
+
+def test_the_gate_judges_noise_by_its_mean_logarithm() -> None:
+    plain = made("planned")
+    levels, shares = np.array([1.0, 2.0, 8.0]), np.random.default_rng(0).dirichlet(np.ones(3), (4, 7))
+    found = NoiseLevels(tuple(levels)).of(plain).summary(shares)
+    np.testing.assert_allclose(found, shares @ np.log(levels * plain.source.unit))
+    np.testing.assert_allclose(OwnConfidence().of(plain).summary(shares), np.log(shares).mean(axis=2))
+    posterior = quiet_sample(plain, confidence=NoiseLevels(), chains=2, draws=8, warmup=2, thin=1)
+    assert posterior.diagnostics["mean log noise levels"].ess_bulk > 0
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e12])
+@pytest.mark.parametrize("spec", [OneConfidence(), OwnConfidence()])
+def test_a_confidence_can_start_and_move_whatever_its_unit(spec: object, unit: float) -> None:
+    """Strongly discounted worlds have tiny action values, and α of 1e9 and more; draws scale with the unit."""
+
+    def chain(scale: float) -> np.ndarray:
+        plain = made("planned")
+        plan = replace(plain.source.plan, action_values=plain.source.plan.action_values / scale)
+        scaled = replace(plain, source=replace(plain.source, plan=plan))
+        return chain_of(spec.of(scaled), assignments(scaled), 20) / scale
+
+    np.testing.assert_allclose(chain(unit), chain(1.0), rtol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -223,3 +223,5 @@ def test_a_world_is_no_use_to_a_posterior_without_plans(tmp_path) -> None:
     subgoal.save(posterior, tmp_path / "p.npz")
     with pytest.raises(StorageError, match="planned actions"):
         subgoal.load(tmp_path / "p.npz", mdp=corridor(6, 0.8))
+    with pytest.raises(StorageError, match="without its world"):
+        subgoal.save(subgoal.load(tmp_path / "p.npz"), tmp_path / "q.npz")

@@ -11,6 +11,7 @@ TABLE, SOURCES, EVIDENCE, FILTERING = (
 )  # fmt: skip
 CHAINS, ARCHIVE, ASSEMBLE = "posterior/chains.py", "posterior/archive.py", "posterior/assemble.py"
 OF_PRIORS, OF_LEARNING = "partition/test_priors.py::test_", "partition/test_learning.py::test_"
+OF_ASSIGNED = "likelihood/test_assigned.py::test_"
 OF_NOISE, OF_EVIDENCE = "likelihood/test_noise.py::test_", "answers/test_evidence.py::test_"
 OF_FILTERING, OF_POSTERIOR = "answers/test_filtering.py::test_", "posterior/test_learned_posterior.py::test_"
 
@@ -59,10 +60,10 @@ LEARNING_BUGS = [
     Bug("background is not taken from the others", TABLE, "places + np.log1p(-self.background)", "places",
         OF_NOISE + "background_is_one_more_column_of_its_prior[plain 2-D]"),
     Bug("slow actions are compared after all", SOURCES, "flat = self.slow | (np.linalg", "flat = (np.linalg",
-        OF_NOISE + "assigned_densities_are_entries_of_the_table[plain 2-D]"),
+        OF_ASSIGNED + "assigned_densities_are_entries_of_the_table[plain 2-D]"),
     Bug("assigned actions run on over blocks", SOURCES, "parts[0][rows - start, theta[rows]]",
         "parts[0][rows - start, theta[rows - start]]",
-        OF_NOISE + "assigned_densities_are_entries_of_the_table[action]"),
+        OF_ASSIGNED + "assigned_densities_are_entries_of_the_table[action]"),
     Bug("pairs of two trajectories", EVIDENCE, "self.trajectory[lag:] == self.trajectory[:-lag]",
         "self.trajectory[lag:] >= self.trajectory[:-lag]", OF_EVIDENCE + "trajectories_are_apart"),
     Bug("each lag counts once", EVIDENCE, "time += 2 * sum(pair)", "time += sum(pair)",

@@ -98,7 +98,11 @@ class _One:
         def log_density(alpha: float) -> float:
             return float(told.log_density(alpha)[rows] @ weight) + self.log_density(np.array([alpha]))
 
-        return np.array([draw_positive(log_density, float(values[0]), generator)])
+        return np.array([draw_positive(log_density, float(values[0]), generator, self.likelihood.source.unit)])
+
+    def summary(self, values: Floats) -> Floats:
+        """Mean log α."""
+        return np.asarray(np.log(values).mean(axis=-1))
 
     def log_density(self, values: Floats) -> float:
         """Log prior density of α."""
@@ -131,7 +135,7 @@ class _Own(_One):
             def log_density(alpha: float, part: Assigned = part, weight: Floats = weight) -> float:
                 return float(part.log_density(alpha) @ weight) + self.law.log_density(alpha / unit)
 
-            found[g] = draw_positive(log_density, float(values[g]), generator)
+            found[g] = draw_positive(log_density, float(values[g]), generator, unit)
         return found
 
 
@@ -185,16 +189,23 @@ class _Levels:
             size[m] = draw_positive(log_density, max(float(size[m]), SMALLEST), generator)
         return np.asarray(size / size.sum())
 
+    def summary(self, values: Floats) -> Floats:
+        """Mean log confidence under the shares."""
+        return np.asarray(values @ np.log(self.confidences))
+
     def log_density(self, values: Floats) -> float:
         """Log prior density, the same everywhere on the simplex."""
         return float(gammaln(len(values)))
 
 
-def draw_positive(log_density: Callable[[float], float], x: float, generator: np.random.Generator) -> float:
-    """A slice on log x, for x between 1e-6 and 1e8."""
+def draw_positive(
+    log_density: Callable[[float], float], x: float, generator: np.random.Generator, unit: float = 1.0
+) -> float:
+    """A slice on log x, for x between 1e-6 and 1e8 units."""
+    low, high = math.log(SMALLEST * unit), math.log(LARGEST * unit)
 
     def in_logs(log_x: float) -> float:
-        if not math.log(SMALLEST) <= log_x <= math.log(LARGEST):
+        if not low <= log_x <= high:
             return -math.inf
         return log_density(math.exp(log_x)) + log_x
 

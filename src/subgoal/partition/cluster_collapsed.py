@@ -18,7 +18,7 @@ def cluster_collapsed(chain: Chain, keep: Bools) -> Stretch:
     A sweep redraws the table of each observation: C with weight n_C·m(C with i)/m(C), a new one with weight η·m({i}),
     where m(C) = Σ_g p_g Π_{i∈C} L_ig (Neal 2000, Algorithm 3). Then the candidate of every table is drawn ∝ p_g·ΠL,
     so that what is reported is a draw of p(θ | O) at dish level; the next sweep does without it. A whole cluster so
-    moves between neighbouring candidates at no cost. Sums are held of K tables × G candidates, four times over.
+    moves between neighbouring candidates at no cost. Sums are held of K tables × G candidates, six times over.
     """
     table = chain.table
     state = chain.state or seated(starting_assignment(table, chain.generator))

@@ -35,6 +35,9 @@ class Noise(Protocol):
     def log_density(self, values: Floats) -> float:
         """Log prior density."""
 
+    def summary(self, values: Floats) -> Floats:
+        """(...,) one number of the gate for each of ``values`` (..., M): by which convergence is judged."""
+
 
 @dataclass(frozen=True, eq=False)
 class Learning:
@@ -57,6 +60,11 @@ class Learning:
     @property
     def __name__(self) -> str:
         return self.base.__name__
+
+    def bytes_needed(self, n: int, g_count: int) -> float:
+        """Of one chain: what ``base`` holds, and a table of its own where the noise is learned."""
+        own = self.base.bytes_needed(n, g_count) if hasattr(self.base, "bytes_needed") else 0.0
+        return own + (16.0 * n * g_count if self.noise is not None else 0.0)
 
     def __call__(self, chain: Chain, keep: Bools) -> Stretch:
         """Advance one chain; how the sweeps are cut into calls does not change the draws."""

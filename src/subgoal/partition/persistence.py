@@ -68,6 +68,10 @@ class Persistent:
     def __name__(self) -> str:
         return "persistent" if self.keep_there is None else "persistent until arrival"
 
+    def bytes_needed(self, n: int, g_count: int) -> float:
+        """Of one chain: both tables of the runs."""
+        return 16.0 * min(n * g_count, RUN_TABLE)
+
     def __call__(self, chain: Chain, keep: Bools) -> Stretch:
         """Advance one chain; see ``Sampler``."""
         steps = _Steps(chain, self)

@@ -55,6 +55,10 @@ class StickyHMM:
     def __name__(self) -> str:
         return "sticky hidden Markov model"
 
+    def bytes_needed(self, n: int, g_count: int) -> float:
+        """Of one chain: counts, tables and rows of transitions among all candidates."""
+        return 40.0 * g_count**2
+
     def __call__(self, chain: Chain, keep: Bools) -> Stretch:
         """Advance one chain; see ``Sampler``. Raises ``InputError`` above 4,096 candidates."""
         walk = _Walk(chain, self)

@@ -64,6 +64,10 @@ class Tempering:
         )  # fmt: skip
         return record.stretch({"theta": theta[0], "hotter": theta[1:]})
 
+    def bytes_needed(self, n: int, g_count: int) -> float:
+        """Of one chain: both tables at every level."""
+        return 16.0 * len(self.powers) * n * g_count
+
     def _begun(self, chain: Chain) -> np.ndarray[tuple[int, int], np.dtype[np.int32]]:
         """(levels, N) from the state, or every level from a start of its own."""
         if chain.state is None:

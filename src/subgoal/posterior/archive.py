@@ -31,7 +31,13 @@ REMADE, PLANNED = "directions", "planned actions"
 
 
 def save(posterior: Posterior, path: str | Path) -> Path:
-    """Write a posterior with the positions, actions, offsets and names it was fitted on."""
+    """Write a posterior with the positions, actions, offsets and names it was fitted on.
+
+    Raises ``StorageError`` for one of planned actions that was loaded without its world, whose noise is not known.
+    """
+    if posterior.likelihood is None and posterior.settings.likelihood == PLANNED:
+        raise StorageError("posterior", found="no likelihood: it was loaded without its world",
+                           wanted="one with it", hint="load(path, mdp=mdp), then save")  # fmt: skip
     demos, candidates, counts = posterior.demonstrations, posterior.candidates, posterior.counts
     arrays: dict[str, NDArray[Any]] = {
         "states": demos.states, "actions": demos.actions, "offset": demos.offset, "final_states": demos.final_states,

@@ -44,6 +44,8 @@ def assemble(
         background = counts.by_group(np.arange(likelihood.n_candidates) - places, 1)
         summaries["background"] = background.reshape(joint.shape) / n
     summaries |= {name: values for name, values in parameters.items() if values.ndim == 2}
+    if noise is not None and noise.name not in summaries:
+        summaries[f"mean log {noise.name}"] = noise.summary(parameters[noise.name])
     diagnostics, status = gate(
         summaries, interrupted=traces["n_active"].shape[1] < settings.sweeps, biased=settings.sampler in PRINTED_FORMS
     )

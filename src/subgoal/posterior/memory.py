@@ -6,7 +6,7 @@ import numpy as np
 
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.partition.crp import expected_clusters
-from subgoal.partition.protocol import Int32s
+from subgoal.partition.protocol import Int32s, Sampler
 from subgoal.posterior.posterior import Settings
 from subgoal.runtime.checks import positive
 from subgoal.runtime.errors import BudgetError
@@ -16,6 +16,8 @@ HELD_SHARE = 0.25
 SPREAD = 64
 """Candidates in which one observation's draws are expected to lie, at most."""
 LEARNED_GUESS = 5.0
+SUMS = 6
+"""Numbers for each cluster and candidate, at most."""
 HINT = "fewer candidates, a smaller dense_entries, or a larger memory_budget"
 
 
@@ -35,14 +37,19 @@ def allocate(shape: tuple[int, int, int]) -> Int32s:
         ) from None
 
 
-def refuse_above_budget(likelihood: LogLikelihood, settings: Settings, budget: float) -> None:
-    """Raise ``BudgetError`` when the tables, sums, draws and tallies of a run are predicted to exceed the budget."""
+def refuse_above_budget(likelihood: LogLikelihood, settings: Settings, sampler: Sampler, budget: float) -> None:
+    """Raise ``BudgetError`` when the tables, sums, draws and tallies of a run are predicted to exceed the budget.
+
+    What a chain of ``sampler`` holds beside them is told by its ``bytes_needed(n, g_count)``, if it has that.
+    """
     n, g_count = likelihood.n_observations, likelihood.n_candidates
     budget = positive("memory_budget", budget)
     table = 16.0 * n * g_count if likelihood.is_dense else 0.0
-    sums = 8.0 * g_count * (64 + 2 * expected_clusters(n, _concentration(settings)))
+    sums = 8.0 * g_count * (64 + SUMS * expected_clusters(n, _concentration(settings)))
     tallies = 24.0 * n * min(g_count, SPREAD)
     chain = sums + tallies + 100.0 * n + 24.0 * settings.sweeps
+    if hasattr(sampler, "bytes_needed"):
+        chain += sampler.bytes_needed(n, g_count)
     draws = 4.0 * settings.chains * settings.draws * n if holds_assignments(n, settings, budget) else 0.0
     needed = table + settings.chains * chain + draws
     if needed > budget:

@@ -114,7 +114,7 @@ def sample(
         whole("draws", draws), whole("warmup", warmup, least=0), whole("thin", thin), whole("seed", seed, least=0),
         likelihood.source.kind, "", VERSION, EXCHANGEABLE if model is None else words(model), likelihood.background,
     )  # fmt: skip
-    refuse_above_budget(likelihood, settings, memory_budget)
+    refuse_above_budget(likelihood, settings, advance, memory_budget)
     begin = time.monotonic()
     settings = replace(settings, data=checksum_of(likelihood))
     n, g_count = likelihood.n_observations, likelihood.n_candidates
