@@ -31,7 +31,7 @@ def in_a_world(seed: int, n: int = 30) -> tuple[TabularMDP, Demonstrations]:
     """A small world with illegal actions and a terminal state, and two trajectories of pairs in it."""
     mdp, _ = world(3, 0.9, n_states=9, illegal=True, terminal=1)
     return mdp, replace(
-        walks(mdp, seed), offset=np.array([0, 10, 30]), trajectory_names=(), final_states=None, truncated=None
+        walks(mdp, seed, n), offset=np.array([0, n // 3, n]), trajectory_names=(), final_states=None, truncated=None
     )
 
 
