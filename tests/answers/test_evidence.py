@@ -89,6 +89,19 @@ def test_the_time_is_that_of_the_errors(r: float, form) -> None:
         assert abs(found.correlation[1] - lag_one) <= 0.08
 
 
+def test_chance_takes_no_evidence_from_short_recordings() -> None:
+    """Of 40 recordings of 40 independent errors, at least 31 keep all their weight.
+
+    If one in thirty is taken for correlated, ten or more of 40 have probability 1.3e-6. Without the rule, half are.
+    """
+    generator = np.random.default_rng(12)
+    weights = [
+        evidence(quiet_sample(known([0.3 * generator.normal(size=40)]), model=Persistent(), **SHORT)).weight
+        for _ in range(40)
+    ]
+    assert sum(weight == 1.0 for weight in weights) >= 31
+
+
 def test_errors_that_alternate_count_as_independent() -> None:
     """τ is below one and not asked for: the weight is at most 1."""
     found = evidence(quiet_sample(known([flipped(1000, -0.7, 0.25, np.random.default_rng(2))]), **SHORT))

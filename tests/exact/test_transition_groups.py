@@ -20,11 +20,10 @@ from subgoal.partition.priors import Gamma
 from subgoal.partition.protocol import Chain
 from subgoal.runtime.errors import InputError
 from tests.exact.replay import matrix, outcomes
-from tests.exact.shared_tables import ALL, distance_ratio, with_trajectories, worst_gap
-from tests.oracles.hdp import chain_rule, group_rows, probability, seat
+from tests.exact.shared_tables import ALL, distance_ratio, with_trajectories
+from tests.oracles.hdp import chain_rule, group_rows, probability
 from tests.oracles.partitions import blocks, set_partitions, urn_probability
 from tests.oracles.tables import PRIOR, TABLES
-from tests.statistical.toy import peaked
 
 ETA, MASS = 1.5, 0.9
 STARTS, GROUPS = (0, 1, 3), (0, 1, 0)
@@ -178,53 +177,6 @@ def test_what_is_learned_has_its_posterior(sweeps: int) -> None:
     wanted = sum((p * x).sum() for p in paths.values()) / sum(p.sum() for p in paths.values())
     # Six standard errors of a tenth as many independent draws.
     assert abs(done.parameters["group mass"].mean() - wanted) <= 6 * 1.9 / np.sqrt(sweeps / 10)
-
-
-TOY = peaked(4, 3, 6, ETA)
-TOY_STARTS, TOY_GROUPS, TOY_OWN = (0, 2, 4), (0, 1, 0), (0, 0, 1, 1, 0, 0)
-LEARNED = Grouped(TOY_GROUPS, Gamma(2.0, 0.7))
-
-
-def toy_prior(generator: np.random.Generator) -> dict[str, np.ndarray]:
-    """A state drawn from the prior."""
-    mass, weights = generator.gamma(2.0) / 0.7, generator.dirichlet(ETA * TOY.prior)
-    theta: list[int] = []
-    for i in range(TOY.n):
-        before = [theta[k] for k in range(i) if TOY_OWN[k] == TOY_OWN[i]]
-        law = np.array([before.count(g) + mass * weights[g] for g in range(4)])
-        theta.append(int(generator.choice(4, p=law / law.sum())))
-    shared = seat(group_rows(TOY_OWN), theta, mass, 0.0, weights, generator)
-    return {"theta": np.array(theta, np.int32), "counts": shared, "group_mass": np.array([mass])}
-
-
-def summaries(state, seen: np.ndarray) -> tuple[float, ...]:
-    theta, shared = state["theta"], state["counts"]
-    likelihood = float(np.log(TOY.emission[theta, seen]).sum())
-    within, across = theta[0] == theta[5], theta[0] == theta[2]
-    first = (theta == 0).sum()
-    return likelihood, np.unique(theta).size, first, within, across, np.log(state["group_mass"][0]), shared.sum()
-
-
-def joint_gap(model, replicas: int, power: float = 1.0) -> float:
-    generator, keep = np.random.default_rng(2), np.ones(1, bool)
-    wanted, got = [], []
-    for _ in range(4 * replicas):
-        state = toy_prior(generator)
-        wanted.append(summaries(state, TOY.outcomes(state["theta"], generator)))
-    for _ in range(replicas):
-        state = toy_prior(generator)
-        for _ in range(3):
-            seen = TOY.outcomes(state["theta"], generator)
-            table = with_trajectories(power * TOY.table(seen).dense, TOY_STARTS, TOY.prior)
-            state = dict(model(Chain(table, ETA, generator, state), keep).state)
-        got.append(summaries(state, seen))
-    return worst_gap(np.array(got, float), np.array(wanted, float))
-
-
-@pytest.mark.parametrize("replicas", [700, pytest.param(12_000, marks=pytest.mark.t2)])
-def test_a_sweep_leaves_the_joint_law(replicas: int) -> None:
-    """Geweke: state from the prior, three rounds of data and sweep. Level 3e-6 over 14 statistics: 5.3 errors."""
-    assert joint_gap(LEARNED, replicas) <= 5.3
 
 
 def test_the_concentration_is_learned_beside_it() -> None:
