@@ -74,6 +74,23 @@ def named_sampler(name: str) -> Sampler:
     return sampler
 
 
+def model_and_sampler(
+    demonstrations: Demonstrations, sampler: str | None, *, grouped: bool, learn_all: bool
+) -> dict[str, Sampler]:
+    """Arguments ``model`` and ``sampler``, where they are not the defaults of ``sample`` or ``learn``.
+
+    Groups have a model, and so has ``learn``; these have samplers of their own.
+    """
+    if sampler is not None and (grouped or learn_all):
+        beside = "--group" if grouped else "--learn-all"
+        raise InputError("--sampler", found=repr(sampler), wanted=f"none beside {beside}, which has its own")
+    if grouped:
+        from subgoal.models import Grouped
+
+        return {"model": Grouped(demonstrations.group)}
+    return {} if sampler is None else {"sampler": named_sampler(sampler)}
+
+
 @contextmanager
 def output_folder(path: Path) -> Iterator[Path]:
     """The folder, made if it is not there; taken away again if nothing came to stand in it."""

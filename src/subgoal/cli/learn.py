@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from subgoal.cli import options as o
 from subgoal.runtime.errors import StoppedError
 
+if TYPE_CHECKING:
+    from subgoal.likelihood.table import LogLikelihood
+    from subgoal.posterior.posterior import Posterior
+
+CONFIDENCE = 3.0
 PLACES = "Candidate places"
 MODEL = "Model"
 RUN = "Run"
@@ -19,12 +24,22 @@ RUN = "Run"
 def learn(
     file: o.File,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("out"),
+    learn_all: Annotated[
+        bool,
+        typer.Option(
+            "--learn-all", help="Learn α, η, persistence and weight; what is given stays.", rich_help_panel=MODEL
+        ),
+    ] = False,
     confidence: Annotated[
-        float, typer.Option("--confidence", "-a", help="α: nats per unit of direction.", rich_help_panel=MODEL)
-    ] = 3.0,
+        float | None,
+        typer.Option("--confidence", "-a", help="α: nats per unit of direction; default 3.", rich_help_panel=MODEL),
+    ] = None,
     concentration: Annotated[
-        float, typer.Option("--concentration", "-e", help="η: larger expects more subgoals.", rich_help_panel=MODEL)
-    ] = 1.0,
+        float | None,
+        typer.Option(
+            "--concentration", "-e", help="η: larger expects more subgoals; default 1.", rich_help_panel=MODEL
+        ),
+    ] = None,
     controller: Annotated[
         str, typer.Option(help="direction (straight to the goal) or proportional.", rich_help_panel=MODEL)
     ] = "direction",
@@ -51,12 +66,16 @@ def learn(
         float | None, typer.Option(help="Places within it are one subgoal; default 5ε.", rich_help_panel=PLACES)
     ] = None,
     sampler: Annotated[
-        str, typer.Option(help="A sampler of subgoal.samplers.", rich_help_panel=RUN)
-    ] = "collapsed_blocks",
+        str | None, typer.Option(help="Of subgoal.samplers; default collapsed_blocks.", rich_help_panel=RUN)
+    ] = None,
     chains: Annotated[int, typer.Option(rich_help_panel=RUN)] = 4,
     draws: Annotated[int, typer.Option(help="Kept draws per chain.", rich_help_panel=RUN)] = 1000,
-    warmup: Annotated[int, typer.Option(help="Sweeps before the first draw.", rich_help_panel=RUN)] = 1000,
-    thin: Annotated[int, typer.Option(help="Sweeps per kept draw.", rich_help_panel=RUN)] = 10,
+    warmup: Annotated[
+        int | None, typer.Option(help="Sweeps before; default 1000, or 500 with --learn-all.", rich_help_panel=RUN)
+    ] = None,
+    thin: Annotated[
+        int | None, typer.Option(help="Sweeps per kept draw; default 10, or 3 with --learn-all.", rich_help_panel=RUN)
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", "-s", rich_help_panel=RUN)] = 0,
     workers: Annotated[int | None, typer.Option(help="Chains at once.", rich_help_panel=RUN)] = None,
     backend: Annotated[
@@ -64,12 +83,14 @@ def learn(
     ] = "threading",
     resume: Annotated[bool, typer.Option(help="Go on from the checkpoint in --out.", rich_help_panel=RUN)] = False,
     y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
+    sensitivity: o.Sensitivity = False,
     quiet: o.Quiet = False,
     format: o.Format = None,
     position: o.Position = None,
     action: o.Action = None,
     time: o.Time = None,
     trajectory: o.Trajectory = None,
+    group: o.Group = None,
     scale: o.Scale = None,
     units: o.Units = None,
     clock: o.Clock = None,
@@ -90,6 +111,8 @@ def learn(
 
       subgoal learn tracks.csv --position x,y --time t --trajectory id --out out/
 
+      subgoal learn tracks.csv --group animal --learn-all --sensitivity
+
       subgoal learn stroke.mat --every 20 --out out/
 
       subgoal learn poses.txt --rate 20 --out out/
@@ -98,18 +121,21 @@ def learn(
     """
     reading = o.given(
         format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
-        scale=scale, units=units, clock=clock, likelihood=likelihood, min_likelihood=min_likelihood,
+        group=group, scale=scale, units=units, clock=clock, likelihood=likelihood, min_likelihood=min_likelihood,
         bodypart=bodypart, start_within=o.box(start_within), rate=rate, every=every, velocity=velocity,
         window=window, max_gap=max_gap, thin=thin_radius, period=o.numbers("--period", period),
     )  # fmt: skip
     places = o.given(file=candidates, epsilon=epsilon, grid=grid)
     table = {"confidence": confidence, "controller": controller, "gain": gain, "speed_limit": speed_limit}
     metric = {"weights": o.numbers("--weights", weights), "period": o.numbers("--period", period)}
-    run = {
-        "concentration": concentration, "sampler": sampler, "chains": chains, "draws": draws, "warmup": warmup,
-        "thin": thin, "seed": seed, "workers": workers, "backend": backend, "resume": resume,
-    }  # fmt: skip
-    learn_file(file, out, reading, places, metric, table, run, merge_radius=merge_radius, y_down=y_down, quiet=quiet)
+    run = o.given(
+        concentration=concentration, sampler=sampler, chains=chains, draws=draws, warmup=warmup, thin=thin, seed=seed,
+        workers=workers, backend=backend, resume=resume,
+    )  # fmt: skip
+    learn_file(
+        file, out, reading, places, metric, table, run,
+        merge_radius=merge_radius, y_down=y_down, quiet=quiet, learn_all=learn_all, sensitive=sensitivity,
+    )  # fmt: skip
 
 
 def learn_file(
@@ -124,33 +150,49 @@ def learn_file(
     merge_radius: float | None,
     y_down: bool,
     quiet: bool,
+    learn_all: bool = False,
+    sensitive: bool = False,
 ) -> None:
     """The pipeline behind ``learn`` and ``demo``: read, tabulate, sample, write, print."""
-    from subgoal.cli.compose import candidate_places, likelihood_table, named_sampler, output_folder
+    from subgoal.cli.compose import candidate_places, likelihood_table, model_and_sampler, output_folder
     from subgoal.cli.table import print_results
+    from subgoal.cli.write import write
     from subgoal.demonstrations.metric import Metric
     from subgoal.demonstrations.read import read
-    from subgoal.posterior.sample import ConvergenceWarning, sample
-    from subgoal.reporting.results import write_results
     from subgoal.runtime.checks import positive
-    from subgoal.runtime.progress import progress_display
 
     merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
     demonstrations = read(file, **reading)
     plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
     chosen = candidate_places(demonstrations, plan, **places)
-    likelihood = likelihood_table(demonstrations, chosen, **table)
-    sampler = named_sampler(run.pop("sampler"))
+    fixed = table["confidence"] is not None
+    likelihood = likelihood_table(demonstrations, chosen, **(table if fixed else {**table, "confidence": CONFIDENCE}))
+    kind = {"grouped": "group" in reading, "learn_all": learn_all}
+    run = run | model_and_sampler(demonstrations, run.pop("sampler", None), **kind)
+    run |= {"confidence": None} if learn_all and fixed else {}
     with output_folder(out) as folder:
-        display = progress_display("sampling", quiet=quiet)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)
-            posterior = sample(
-                likelihood, sampler=sampler, checkpoint=folder / ".checkpoint.npz", progress=display, **run
-            )
-        results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)
+        posterior = _sampled(likelihood, folder, run, learn_all=learn_all, quiet=quiet)
+        complete = posterior.n_draws == posterior.settings.draws
+        results = write(
+            posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitive and complete, quiet=quiet
+        )
     if not quiet:
         print_results(posterior, results, folder)
-    if posterior.n_draws < posterior.settings.draws:
+    if not complete:
         told = f"{posterior.n_draws} of {posterior.settings.draws} draws per chain"
         raise StoppedError(f"stopped with {told}, which stand in {folder}; --resume goes on")
+
+
+def _sampled(
+    likelihood: LogLikelihood, folder: Path, run: dict[str, Any], *, learn_all: bool, quiet: bool
+) -> Posterior:
+    """From ``learn`` or ``sample``, with a checkpoint in the folder; whether it converged is told later."""
+    from subgoal.irl.learn import learn as learn_everything
+    from subgoal.posterior.sample import ConvergenceWarning, sample
+    from subgoal.runtime.progress import progress_display
+
+    draw = learn_everything if learn_all else sample
+    display = progress_display("sampling", quiet=quiet)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        return draw(likelihood, checkpoint=folder / ".checkpoint.npz", progress=display, **run)

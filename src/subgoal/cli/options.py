@@ -25,6 +25,14 @@ Trajectory = Annotated[
     str | None,
     typer.Option("--trajectory", "-i", help="Column that tells trajectories apart.", rich_help_panel=READING),
 ]
+Group = Annotated[
+    str | None,
+    typer.Option("--group", "-g", help="Column of groups (animal, driver, day): own weights for each.",
+                 rich_help_panel=READING),
+]  # fmt: skip
+Sensitivity = Annotated[
+    bool, typer.Option("--sensitivity", help="Run again under other settings, and show what hangs on them.")
+]
 Scale = Annotated[
     float | None, typer.Option(help="Multiply positions, e.g. metres per pixel.", rich_help_panel=READING)
 ]

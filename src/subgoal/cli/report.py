@@ -14,6 +14,7 @@ def report(
     folder: Annotated[Path, typer.Argument(help="Folder that subgoal learn wrote (with posterior.npz in it).")],
     merge_radius: Annotated[float | None, typer.Option(help="Places within it are one subgoal; default 5ε.")] = None,
     y_down: Annotated[bool | None, typer.Option(help="Draw y downwards; default: as before.")] = None,
+    sensitivity: o.Sensitivity = False,
     quiet: o.Quiet = False,
 ) -> None:
     """Make the tables, pictures and report.html of a folder again, for example with another merge radius.
@@ -23,11 +24,14 @@ def report(
       subgoal report out/ --merge-radius 0.5
     """
     from subgoal.cli.table import print_results
+    from subgoal.cli.write import write
     from subgoal.posterior.archive import load
-    from subgoal.reporting.results import drawn_downwards, write_results
+    from subgoal.reporting.results import drawn_downwards
 
     posterior = load(folder / "posterior.npz")
     y_down = drawn_downwards(folder) if y_down is None else y_down
-    results = write_results(posterior, folder, merge_radius=merge_radius, y_down=y_down)
+    results = write(
+        posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitivity, quiet=quiet
+    )  # fmt: skip
     if not quiet:
         print_results(posterior, results, folder)

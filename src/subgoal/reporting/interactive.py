@@ -11,7 +11,7 @@ from subgoal.answers.segments import Segments
 from subgoal.answers.subgoals import COUNTED_FROM, Subgoals
 from subgoal.plots.counts import CHAIN_COLOURS, thinned_sweeps
 from subgoal.plots.fit import EXPECTED, OBSERVED, TRANSFORM_BINS
-from subgoal.plots.strips import MOST_ROWS, strip_bars
+from subgoal.plots.strips import MOST_ROWS, Bar, strip_bars
 from subgoal.plots.style import INK, PALETTE, colour
 from subgoal.plots.words import percent
 from subgoal.posterior.posterior import Posterior
@@ -49,29 +49,39 @@ def strip_figure(posterior: Posterior, found: Subgoals, cut: Segments) -> Figure
     demos = posterior.demonstrations
     rows = min(demos.n_trajectories, MOST_ROWS)
     bars, across = strip_bars(posterior, cut, rows)
-    data = []
-    for k in [*range(len(found.listed)), -1]:
-        mine = [bar for bar in bars if bar.subgoal == k]
-        if not mine:
-            continue
-        name = label(found.listed[k].name) if k >= 0 else "no listed subgoal"
-        data.append({
-            "type": "bar", "orientation": "h", "name": name, "y": [b.row for b in mine],
-            "x": [_short(b.stop - b.start) for b in mine], "base": [_short(b.start) for b in mine],
-            "width": 0.8,
-            "marker": {"color": colour(k), "opacity": [round(0.15 + 0.85 * b.probability**2, 3) for b in mine],
-                       "line": {"color": "#fff", "width": 0.5}},
-            "text": [label(demos.trajectory_names[b.row]) for b in mine], "textposition": "none",
-            "customdata": [[_short(b.start), _short(b.stop), round(b.probability, 3), name] for b in mine],
-            "hovertemplate": "%{customdata[3]}<br>%{text}: %{customdata[0]} to %{customdata[1]}<br>"
-                             "probability %{customdata[2]}<extra></extra>",
-        })  # fmt: skip
+    data = segment_bars(posterior, found, bars)
     names = [label(name if len(name) <= 24 else name[:11] + "…" + name[-12:]) for name in demos.trajectory_names[:rows]]
     ticks = {"tickvals": list(range(rows)), "ticktext": names, "range": [rows - 0.4, -0.6], "showgrid": False}
     height = 110 + 22 * max(rows, 4)
     legend = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0}
     return {"data": data, "layout": layout(height, barmode="overlay", xaxis=axis(across), yaxis=axis("", **ticks),
                                            legend=legend)}  # fmt: skip
+
+
+def segment_bars(
+    posterior: Posterior, found: Subgoals, bars: list[Bar], row: int | None = None, axes: dict[str, str] | None = None
+) -> list[Figure]:
+    """Traces of segments, one for each subgoal that has some: each in its row, or all in ``row``."""
+    names = posterior.demonstrations.trajectory_names
+    data: list[Figure] = []
+    for k in [*range(len(found.listed)), -1]:
+        mine = [bar for bar in bars if bar.subgoal == k]
+        if not mine:
+            continue
+        name = label(found.listed[k].name) if k >= 0 else "no listed subgoal"
+        data.append({
+            "type": "bar", "orientation": "h", "name": name, "y": [b.row if row is None else row for b in mine],
+            "x": [_short(b.stop - b.start) for b in mine], "base": [_short(b.start) for b in mine],
+            "width": 0.8,
+            "marker": {"color": colour(k), "opacity": [round(0.15 + 0.85 * b.probability**2, 3) for b in mine],
+                       "line": {"color": "#fff", "width": 0.5}},
+            "text": [label(names[b.row]) for b in mine], "textposition": "none",
+            "customdata": [[_short(b.start), _short(b.stop), round(b.probability, 3), name] for b in mine],
+            **(axes or {}),
+            "hovertemplate": "%{customdata[3]}<br>%{text}: %{customdata[0]} to %{customdata[1]}<br>"
+                             "probability %{customdata[2]}<extra></extra>",
+        })  # fmt: skip
+    return data
 
 
 def trace_figure(posterior: Posterior) -> Figure:

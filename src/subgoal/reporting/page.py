@@ -10,13 +10,19 @@ from typing import Any
 from subgoal.answers.residuals import residuals
 from subgoal.answers.segments import Segments, segments
 from subgoal.answers.subgoals import Subgoals, subgoals
+from subgoal.irl.reruns import Sensitivity
 from subgoal.plots.shown import is_unordered
 from subgoal.plots.words import certainty, headline, reading, sure
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
+from subgoal.reporting.boundaries import boundary_section
+from subgoal.reporting.groups import group_section, shares_of_groups
 from subgoal.reporting.interactive import count_figure, residual_figures, strip_figure, trace_figure
+from subgoal.reporting.learned import counting_section, learned_section
+from subgoal.reporting.pieces import details, section
 from subgoal.reporting.safe import script_json, text
 from subgoal.reporting.scene import scene_figure
+from subgoal.reporting.sensitivity import rate_section, sensitivity_section
 from subgoal.reporting.style import CSS
 from subgoal.reporting.tables import diagnostics_table, meanings, provenance_table, segment_table, subgoal_table
 
@@ -40,6 +46,7 @@ def report(
     *,
     found: Subgoals | None = None,
     cut: Segments | None = None,
+    sensitivity: Sensitivity | None = None,
     title: str | None = None,
     y_down: bool = False,
 ) -> Path:
@@ -51,6 +58,8 @@ def report(
         The file to write; it is complete in itself and works offline.
     found, cut:
         Subgoals and segments of this posterior; computed if not given.
+    sensitivity:
+        That of this posterior, to be shown; it takes a while, so it is not computed here.
     title:
         A line above the headline; the name of the data if not given.
     y_down:
@@ -65,12 +74,18 @@ def report(
     figures: dict[str, Any] = {}
     body = "\n".join([
         _first_screen(posterior, found, cut, title, y_down, figures),
+        group_section(shares_of_groups(posterior, found), figures),
         _strip(posterior, found, cut, figures),
-        _details("What each number means", meanings()),
+        boundary_section(posterior, found, cut, figures),
+        details("What each number means", meanings()),
         _counts(posterior, found, figures),
         _fit(posterior, figures),
-        _section("Convergence", diagnostics_table(posterior)),
-        _section("Settings and provenance", provenance_table(posterior, found)),
+        sensitivity_section(sensitivity),
+        rate_section(posterior, sensitivity),
+        counting_section(posterior),
+        learned_section(posterior),
+        section("Convergence", diagnostics_table(posterior)),
+        section("Settings and provenance", provenance_table(posterior, found)),
     ])  # fmt: skip
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -128,8 +143,8 @@ def _strip(posterior: Posterior, found: Subgoals, cut: Segments, figures: dict[s
     left_out = posterior.demonstrations.n_trajectories - rows
     more = f" {left_out:,} more trajectories are not shown." if left_out > 0 else ""
     told = f'<p class="sub">Which part serves which subgoal; the paler, the less sure.{more}</p>'
-    listed = _details(f"Table of {len(cut):,} segments", segment_table(posterior, found, cut))
-    return _section("Segments", f'{told}<div class="plot" id="strip"></div>') + listed
+    listed = details(f"Table of {len(cut):,} segments", segment_table(posterior, found, cut))
+    return section("Segments", f'{told}<div class="plot" id="strip"></div>') + listed
 
 
 def _counts(posterior: Posterior, found: Subgoals, figures: dict[str, Any]) -> str:
@@ -145,19 +160,11 @@ def _fit(posterior: Posterior, figures: dict[str, Any]) -> str:
     if seen is None:
         return ""
     figures["distance"], figures["transform"] = residual_figures(seen)
-    return _section(
+    return section(
         "Does the confidence fit?",
         f'<p class="sub">{text(reading(posterior, seen))}</p><div class="pair"><div class="plot" id="distance"></div>'
         '<div class="plot" id="transform"></div></div>',
     )
-
-
-def _section(title: str, body: str) -> str:
-    return f"<section><h2>{text(title)}</h2>{body}</section>"
-
-
-def _details(title: str, body: str) -> str:
-    return f"<section><details><summary>{text(title)}</summary>{body}</details></section>"
 
 
 def _write(path: Path, page: str) -> None:

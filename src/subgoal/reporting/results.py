@@ -14,13 +14,15 @@ from typing import Any
 from subgoal.answers.residuals import residuals
 from subgoal.answers.segments import OTHER, Segments, segments
 from subgoal.answers.subgoals import Subgoals, subgoals
+from subgoal.irl.reruns import Sensitivity
 from subgoal.posterior.archive import save
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
+from subgoal.reporting.groups import shares_of_groups
 from subgoal.reporting.page import report
 from subgoal.runtime.errors import InputError
 
-STALE = ("residuals.png", "residuals.svg")
+STALE = ("residuals.png", "residuals.svg", "groups.csv", "sensitivity.csv")
 """Files that not every posterior gives, taken away when a new result has none."""
 
 
@@ -34,15 +36,23 @@ class Results:
 
 
 def write_results(
-    posterior: Posterior, folder: str | Path, *, merge_radius: float | None = None, y_down: bool = False
+    posterior: Posterior,
+    folder: str | Path,
+    *,
+    merge_radius: float | None = None,
+    y_down: bool = False,
+    found: Subgoals | None = None,
+    sensitivity: Sensitivity | None = None,
 ) -> Results:
     """Write ``subgoals.csv``, ``segments.csv``, ``summary.json``, ``posterior.npz``, figures and ``report.html``.
 
+    Where the demonstrations have groups there is ``groups.csv`` too, and with a ``sensitivity`` its table
+    ``sensitivity.csv``. ``found`` are the subgoals, made with ``merge_radius`` if not given.
     Everything is written to a folder beside the results and moved in at the end, so that a run that fails leaves the
     old results whole. Raises ``InputError`` when the folder cannot be written.
     """
     folder = Path(folder)
-    found = subgoals(posterior, merge_radius=merge_radius)
+    found = subgoals(posterior, merge_radius=merge_radius) if found is None else found
     cut = segments(posterior, found)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -51,9 +61,11 @@ def write_results(
         raise InputError("results folder", found=str(problem), wanted="a folder that can be written") from None
     try:
         _write_tables(posterior, found, cut, aside, y_down)
+        _write_more(posterior, found, sensitivity, aside)
         _draw(posterior, found, cut, aside, y_down)
         save(posterior, aside / "posterior.npz")
-        report(posterior, aside / "report.html", found=found, cut=cut, y_down=y_down)
+        page = aside / "report.html"
+        report(posterior, page, found=found, cut=cut, sensitivity=sensitivity, y_down=y_down)
         written = {path.name for path in aside.iterdir()}
         for name in sorted(written):
             (aside / name).replace(folder / name)
@@ -81,6 +93,27 @@ def _write_tables(posterior: Posterior, found: Subgoals, cut: Segments, folder: 
     ] for s in cut))  # fmt: skip
     text = json.dumps({**summary(posterior, found, cut), "y_down": y_down}, indent=1, allow_nan=False)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _write_more(posterior: Posterior, found: Subgoals, sensitivity: Sensitivity | None, folder: Path) -> None:
+    """Tables that not every result has."""
+    shares = shares_of_groups(posterior, found)
+    if shares is not None:
+        heads: tuple[str, ...] = ("group", "observations", "subgoal", "name", "share", "share_low", "share_high")
+        _write_csv(folder / "groups.csv", heads, (
+            [name, int(shares.sizes[k]), goal.label, goal.name, float(shares.share[k, s]),
+             *shares.interval[k, s].tolist()]
+            for k, name in enumerate(shares.names) for s, goal in enumerate(shares.subgoals.listed)
+        ))  # fmt: skip
+    if sensitivity is not None:
+        heads = (
+            "setting", "kind", "observations", "worth", "subgoals", "missing", "largest_move", "largest_share_change",
+            "persistence", "concentration", "rhat", "status",
+        )  # fmt: skip
+        _write_csv(folder / "sensitivity.csv", heads, ([
+            row.setting, row.kind, row.n_observations, row.worth, row.n_subgoals, row.lost, row.largest_move,
+            row.largest_change, row.persistence, row.concentration, row.rhat, row.status.name,
+        ] for row in sensitivity.rows))  # fmt: skip
 
 
 def summary(posterior: Posterior, found: Subgoals, cut: Segments) -> dict[str, Any]:

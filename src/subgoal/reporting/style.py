@@ -40,6 +40,7 @@ td small {{ white-space: nowrap; color: {FAINT}; display: block; }}
 details > summary {{ cursor: pointer; font-weight: 600; font-size: 18px; }}
 details[open] > summary {{ margin-bottom: 8px; }}
 dl {{ margin: 0; }} dt {{ font-weight: 600; margin-top: 6px; }} dd {{ margin: 0 0 0 14px; color: #475467; }}
+.faint {{ color: {FAINT}; }}
 .fail {{ color: {ALARM}; font-weight: 600; }}
 @media (max-width: 640px) {{
   main {{ padding: 10px 10px 40px; }}

@@ -31,12 +31,18 @@ MEANINGS = (
 )  # fmt: skip
 
 
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]], *, stack: bool = True) -> str:
-    """A table of ready cells; on a narrow screen each row becomes a block with the heads beside the cells."""
+def table(
+    heads: Sequence[str], rows: Iterable[Sequence[str]], *, stack: bool = True, labels: Sequence[str] | None = None
+) -> str:
+    """A table of ready cells; on a narrow screen each row becomes a block with the heads beside the cells.
+
+    ``labels`` stand there for heads that are more than text.
+    """
+    beside = heads if labels is None else labels
     top = "".join(f"<th>{head}</th>" for head in heads)
     body = "".join(
         "<tr>"
-        + "".join(f'<td data-label="{head}"><span>{cell}</span></td>' for head, cell in zip(heads, row, strict=True))
+        + "".join(f'<td data-label="{head}"><span>{cell}</span></td>' for head, cell in zip(beside, row, strict=True))
         + "</tr>"
         for row in rows
     )
