@@ -34,23 +34,21 @@ def picture(conditions: dict[str, Headline], strips: dict[str, Strip]) -> Figure
     for column, (keys, row) in enumerate(conditions.items()):
         _scores(axes[0][column], row, everything)
         _strip(axes[1][column], strips[keys])
-        axes[0][column].set_title(_told(keys, row))
-        axes[1][column].set_title("A stretch of the first test game, the right cook")
+        axes[0][column].set_title(_told(keys, row), fontsize=11)
+        axes[1][column].set_title(f"A stretch of the first of {row['games']} test games, the right cook")
         if column:
             axes[0][column].set_yticklabels([])
             axes[1][column].set_yticklabels([])
-    figure.suptitle("When does a cook turn to another tile? Change points against the true times of use, "
-                    f"{next(iter(conditions.values()))['games']} test games", x=0.01, ha="left")  # fmt: skip
+    figure.suptitle("When does a cook turn to another tile? Learned change points against the true times of use",
+                    x=0.01, ha="left")  # fmt: skip
     return figure
 
 
 def _told(keys: str, row: Headline) -> str:
-    """What was found, in a line: the model that was best in the training games, and the best of each other kind."""
+    """What was found in a few words: the model that was best in the training games, and the best trivial rule."""
     score = {name: each["f_score"] for name, each in row["methods"].items()}
-    other = max((name for name in score if colour(name) == OTHER), key=lambda name: score[name])
     rule = max((name for name in score if colour(name) == TRIVIAL), key=lambda name: score[name])
-    model = row["best_model_in_training"]
-    return f"With {keys}: subgoals {score[model]:.2f}, {other.split(' (')[0]} {score[other]:.2f}, {rule} {score[rule]:.2f}"
+    return f"{keys.capitalize()}: subgoals {score[row['best_model_in_training']]:.2f}, {rule} {score[rule]:.2f}"
 
 
 def colour(name: str) -> str:
