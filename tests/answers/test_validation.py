@@ -86,6 +86,7 @@ def test_folds_hang_on_the_seed_alone_and_share_out_all_trajectories() -> None:
     assert sorted(cross_validate(fit, demos, folds=7, draws=2).fold.tolist()) == list(range(7))
 
 
+@pytest.mark.t1
 def test_learning_everything_is_scored_too() -> None:
     def make(some: Demonstrations) -> Posterior:
         return subgoal.learn(subgoal.action_comparison(some, PLACES), draws=20, warmup=20, chains=2, workers=1)
@@ -220,6 +221,7 @@ def test_leaving_one_out_of_the_exchangeable_model_is_the_exact_refit(weight: fl
     assert np.ptp(wanted) > 0.5
 
 
+@pytest.mark.t1
 def test_leaving_one_out_of_subgoals_that_persist_is_the_exact_refit() -> None:
     demos = walks([2, 2, 2], seed=2)
     likelihood = subgoal.action_comparison(demos, PLACES, confidence=1.5)
@@ -235,6 +237,7 @@ def test_leaving_one_out_of_subgoals_that_persist_is_the_exact_refit() -> None:
     assert_close(found, np.array(wanted))
 
 
+@pytest.mark.filterwarnings("ignore:Estimated shape parameter")
 @pytest.mark.parametrize("model", [None, Persistent(), StickyHMM()])
 def test_it_is_what_arviz_says_of_the_same_draws(model) -> None:
     """Up to how much the draws are taken to depend on each other, which the tail's length hangs on a little."""
@@ -263,7 +266,8 @@ def test_a_trajectory_unlike_all_others_is_doubtful() -> None:
 def test_huge_and_flat_likelihoods_are_weighed() -> None:
     flat = np.zeros((100, 2))
     flat[:, 1] = np.linspace(-3000, -2000, 100)
-    log_weight, pareto_k = module._smoothed(flat, 2)
+    with np.errstate(over="raise", invalid="raise"):
+        log_weight, pareto_k = module._smoothed(flat, 2)
     np.testing.assert_allclose(np.logaddexp.reduce(log_weight, axis=0), 0, atol=1e-9)
     np.testing.assert_allclose(log_weight[:, 0], -math.log(100))
     assert pareto_k[0] == -np.inf
