@@ -133,10 +133,14 @@ def test_arrays(tmp_path):
 
 def test_mice_are_groups_of_their_bouts(tmp_path):
     lines = ["session,bout,step,node,frame_in_bout", "C4,7,0,0,0"]
-    lines += [f"{who},{bout},{k},{node},{k}" for who, bout in (("D9a", 1), ("A1b", 1), ("A1b", 2))
+    lines += [f"{who},{bout},{k},{node},{k}" for who, bout in (("D/9a", 1), ("A1b", 1), ("A1b", 2))
               for k, node in enumerate((0, 1, 0, 127))]  # fmt: skip
     (tmp_path / "visits.csv").write_text("\n".join(lines))
-    assert read(tmp_path / "visits.csv", format="labyrinth").groups == ("D9a", "A1b", "A1b")
+    path = tmp_path / "visits.csv"
+    assert read(path, format="labyrinth", group="session").groups == ("D/9a", "A1b", "A1b")
+    assert read(path, format="labyrinth").groups == ()
+    with pytest.raises(InputError, match="'session'"):
+        read(path, format="labyrinth", group="bout")
 
 
 def test_records_take_one_name_for_each_trajectory():

@@ -124,12 +124,15 @@ class Sensitivity:
         number, counts = self.rows[0].n_subgoals, sorted({row.n_subgoals for row in self.reruns})
         told = f"stays {number}" if counts == [number] else f"is {number} here and {_range(counts)} elsewhere"
         lost = sum(row.lost > 0 for row in self.reruns)
+        again = number if self.chance is None else self.chance.n_subgoals
+        told += "" if again == number else f", and {again} by chance in a mere repetition"
         gone = f"; a subgoal is missing under {lost} of them" if lost else ""
         move = f"{max(row.largest_move for row in self.reruns):.3g} {self.unit}".rstrip()
         most = max(self.reruns, key=lambda row: row.largest_change)
         chance = "" if self.chance is None else f"; {100 * self.chance.largest_change:.1f} points are chance"
         loose = sum(not row.settled for row in self.reruns)
-        unsure = f" {loose} of these short reruns have not settled (R-hat above {SETTLED})." if loose else ""
+        has = "has" if loose == 1 else "have"
+        unsure = f" {loose} of these short reruns {has} not settled (R-hat above {SETTLED})." if loose else ""
         return (
             f"Under {tried} the number of subgoals {told}{gone}. Places move by at most {move}, shares by at most "
             f"{100 * most.largest_change:.1f} percentage points ({most.setting}{chance}).{unsure}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from subgoal.demonstrations.readers.files import plain_file, source_of
 from subgoal.demonstrations.readers.layout import find_layout
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.runtime.checks import Ints
-from subgoal.runtime.errors import ReadError
+from subgoal.runtime.errors import InputError, ReadError
 
 EXIT = 127
 """The node outside the labyrinth; 0 is the first junction, and n leads to 2n + 1 and 2n + 2."""
@@ -21,17 +22,19 @@ LEFT, RIGHT, BACK = 0, 1, 2
 """Actions: to 2n + 1, to 2n + 2, towards the exit."""
 
 
-def read_labyrinth(path: Any, session: str | None = None) -> Demonstrations:
+def read_labyrinth(path: Any, session: str | None = None, group: str | None = None) -> Demonstrations:
     """Read visits of nodes (columns session, bout, step, node, frame_in_bout) as a discrete demonstration.
 
     Each bout of a session is a trajectory "session/bout": states are nodes 0 to 126, actions 0 (to 2n + 1), 1 (to
     2n + 2) and 2 (back), the final state is the last node of the bout, ``truncated`` where that is not the exit
-    127. Times are frames within the bout, groups are the sessions. Bouts of one visit are dropped and counted.
-    ``session`` picks one mouse.
+    127. Times are frames within the bout. Bouts of one visit are dropped and counted. ``session`` picks one mouse;
+    ``group="session"`` makes each a group.
 
     Raises ``ReadError`` for an unknown session, a node that does not exist, visits out of order, and a step that
-    no corridor of the labyrinth allows, naming the row.
+    no corridor of the labyrinth allows, naming the row; ``InputError`` for another group.
     """
+    if group not in (None, "session"):
+        raise InputError("group", found=repr(group), wanted="'session', the only column that can be one here")
     path = plain_file(path)
     layout = find_layout(path)
     wanted = ("session", "bout", "step", "node", "frame_in_bout")
@@ -44,7 +47,10 @@ def read_labyrinth(path: Any, session: str | None = None) -> Demonstrations:
         raise ReadError(str(path), where="session", found=repr(session), wanted=f"one of {sorted(set(names.tolist()))}")
     rows = np.flatnonzero(names == session) if session is not None else np.arange(len(names))
     whole = {name: _integers(path, name, columns[name])[rows] for name in wanted[1:]}
-    return _walks(path, names[rows], whole, rows)
+    walks = _walks(path, names[rows], whole, rows)
+    if group is None:
+        return walks
+    return replace(walks, groups=tuple(name.rsplit("/", 1)[0] for name in walks.trajectory_names))
 
 
 def _walks(path: Path, names: Any, whole: dict[str, Ints], rows: Ints) -> Demonstrations:
@@ -73,7 +79,6 @@ def _walks(path: Path, names: Any, whole: dict[str, Ints], rows: Ints) -> Demons
         names=("node",),
         trajectory_names=tuple(label for label, kept in zip(labels, long, strict=True) if kept),
         time_unit="frame",
-        groups=tuple(str(name) for name in names[starts[long]]),
         source=source_of(path).noting(bouts_of_one_visit_dropped=int((~long).sum())),
     )
 
