@@ -11,6 +11,7 @@ import pytest
 
 import subgoal
 from subgoal import samplers
+from subgoal.answers import best_draw as module
 from subgoal.answers.best_draw import best_draw
 from subgoal.models import Gamma, Grouped, OneConfidence, Persistent, StickyHMM
 from subgoal.posterior.posterior import Posterior
@@ -76,6 +77,26 @@ def test_search_mends_a_bad_draw() -> None:
     np.testing.assert_array_equal(found.assignment, bad)
     assert found.improved_log_joint > found.log_joint + 0.5
     assert found.improved_gap < found.gap - 0.5
+
+
+def test_the_background_is_minus_one_before_and_after_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Actions that no candidate explains at a confidence of forty: the best assignment of all serves none."""
+    demos = walks([N], seed=3)
+    actions = np.column_stack([-demos.actions[:, 1], demos.actions[:, 0]])
+    likelihood = subgoal.action_comparison(replace(demos, actions=actions), PLACES, confidence=40.0)
+    likelihood = likelihood.with_background(0.9)
+    posterior = quiet_sample(likelihood, **SHORT)
+    begun: list[np.ndarray] = []
+    search = module.map_partition
+    monkeypatch.setattr(module, "map_partition", lambda *a, **b: begun.append(b["start"]) or search(*a, **b))
+    for start in (np.full(N, -1, np.int32), np.array([-1, 0, -1, -1, -1, -1], np.int32)):
+        value = joint_of(start, likelihood)
+        found = best_draw(replace(posterior, best_assignment=start, log_joint=np.full((2, 2), value)))
+        np.testing.assert_array_equal(found.assignment, start)
+        np.testing.assert_array_equal(begun[-1], np.where(start < 0, G, start))
+        assert found.improved.tolist() == [-1] * N
+        assert found.improved_log_joint == pytest.approx(best_of_all(likelihood), abs=1e-10)
+        assert found.gap >= found.improved_log_joint - value - 1e-10
 
 
 @pytest.mark.parametrize("name", list(samplers.__all__))
