@@ -10,6 +10,7 @@ import pytest
 from scipy.special import logsumexp
 
 import subgoal
+from subgoal._kernels import filters
 from subgoal.answers.filtering import filtering
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.again import same_likelihood
@@ -218,3 +219,24 @@ def test_groups_are_refused() -> None:
     posterior = posterior_of(Grouped(np.array([0, 0, 1, 1])), likelihood)
     with pytest.raises(InputError, match="group"):
         filtering(posterior, held_out())
+
+
+def test_the_compiled_filters_are_their_python_forms() -> None:
+    generator = np.random.default_rng(0)
+    relative, first = generator.gamma(1.0, size=(4, 5)), np.array([False, False, True, False])
+    weights, entering = generator.dirichlet(np.ones(5), 3), generator.dirichlet(np.ones(5), 3)
+    there_from, there = np.array([0, 1, 1, 3, 3]), np.array([2, 0, 4])
+    keep, keep_there = np.array([0.2, 0.5, 0.9]), np.array([0.1, 0.5, 0.3])
+    row_from = np.array([[0, 2, 3, 3, 5, 6], [6, 7, 8, 9, 10, 11], [11, 11, 11, 13, 13, 14]])
+    column, above = generator.integers(0, 5, 14), generator.random(14)
+    results = []
+    for form in (lambda kernel: kernel, lambda kernel: kernel.py_func):
+        out, total, mean = np.empty((2, 3, 4, 5)), np.empty((2, 3, 4)), np.zeros((4, 4))
+        form(filters.filter_persistent)(
+            relative, first, there_from, there, weights, keep, keep_there, entering, out[0], total[0]
+        )
+        form(filters.filter_transitions)(relative, first, weights, row_from, column, above, entering, out[1], total[1])
+        form(filters.add_weighted)(out[0], total[0], mean)
+        results.append((out, total, mean))
+    for compiled, plain in zip(*results, strict=True):
+        np.testing.assert_allclose(compiled, plain, rtol=1e-13)
