@@ -2,42 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from contextlib import ExitStack
-
 import numpy as np
 
 from subgoal import samplers
-from subgoal._kernels import blocked, cluster_collapsed, collapsed, collapsed_blocks, split_merge, tempered
+from subgoal._kernels import blocked, cluster_collapsed, collapsed, split_merge, tempered
 from subgoal.partition.alg4 import seated
 from subgoal.partition.protocol import Chain
-from tests.exact.replay import outcomes, python_form
+from tests.exact.replay import outcomes
 from tests.oracles.tables import TABLES, table_posterior
 
 LOOPS = {
-    samplers.blocked: [blocked],
-    samplers.collapsed: [collapsed, collapsed_blocks],
-    samplers.cluster_collapsed: [cluster_collapsed, collapsed_blocks],
-    samplers.split_merge: [split_merge, collapsed_blocks],
-    samplers.tempered: [tempered, collapsed_blocks],
+    samplers.blocked: blocked,
+    samplers.collapsed: collapsed,
+    samplers.cluster_collapsed: cluster_collapsed,
+    samplers.split_merge: split_merge,
+    samplers.tempered: tempered,
 }
-"""The modules through which each sampler draws."""
+"""The module of each sampler's loops."""
 MORE = list(LOOPS)
 WALLED = TABLES["generic"].copy()
 WALLED[0, 1] = WALLED[2, 2] = WALLED[3, 0] = WALLED[3, 2] = -np.inf
 WITH_WALLS = {**TABLES, "walled": WALLED}
-
-
-def replayed(modules: list, move: Callable[[], Hashable]) -> dict[Hashable, float]:
-    """Probability of every result of a move that draws through several modules."""
-
-    def moved() -> Hashable:
-        with ExitStack() as stack:
-            for other in modules[1:]:
-                stack.enter_context(python_form(other, modules[0].choose))
-            return move()
-
-    return outcomes(modules[0], moved)
 
 
 def state_at(sampler, theta) -> dict[str, np.ndarray]:
@@ -57,7 +42,7 @@ def sweep_law(sampler, theta, likelihood, eta: float) -> dict[tuple[int, ...], f
         after = sampler(Chain(likelihood, eta, None, state_at(sampler, theta)), np.ones(1, bool))
         return tuple(after.assignments[0].tolist())
 
-    return replayed(LOOPS[sampler], move)
+    return outcomes(LOOPS[sampler], move)
 
 
 def partition_posterior(log_table: np.ndarray, eta: float, prior: np.ndarray) -> dict[tuple[int, ...], float]:

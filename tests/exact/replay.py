@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from types import ModuleType
@@ -14,16 +15,38 @@ Chooser = Callable[[np.ndarray, int, Any], int]
 
 @contextmanager
 def python_form(module: ModuleType, chooser: Chooser) -> Iterator[ModuleType]:
-    """The module with its compiled functions replaced by their Python forms, and every draw made by ``chooser``."""
-    compiled = {name: value for name, value in vars(module).items() if hasattr(value, "py_func")}
+    """The module, and those whose loops it calls, with compiled functions replaced by their Python forms.
+
+    Every draw is made by ``chooser``.
+    """
+    kept = [(each, name, loop) for each in with_called(module) for name, loop in loops_in(each)]
     try:
-        for name, function in compiled.items():
-            setattr(module, name, function.py_func)
-        module.choose = chooser  # type: ignore[attr-defined]
+        for each, name, loop in kept:
+            setattr(each, name, chooser if name == "choose" else plain(loop))
         yield module
     finally:
-        for name, function in compiled.items():
-            setattr(module, name, function)
+        for each, name, loop in kept:
+            setattr(each, name, loop)
+
+
+def plain(loop: Any) -> Any:
+    """The Python form of a loop, which it is itself where compilation is off."""
+    return getattr(loop, "py_func", loop)
+
+
+def loops_in(module: ModuleType) -> list[tuple[str, Any]]:
+    """Names and loops that a module can call."""
+    held = [(name, value) for name, value in vars(module).items() if callable(value)]
+    return [(name, value) for name, value in held if str(plain(value).__module__).startswith("subgoal._kernels")]
+
+
+def with_called(module: ModuleType) -> list[ModuleType]:
+    """The module, all from which it has loops, and those from which these have."""
+    found = [module]
+    for each in found:
+        homes = (sys.modules[plain(loop).__module__] for _, loop in loops_in(each))
+        found += [home for home in dict.fromkeys(homes) if home not in found]
+    return found
 
 
 def outcomes(module: ModuleType, move: Callable[[], Hashable]) -> dict[Hashable, float]:

@@ -24,7 +24,7 @@ class Arrays:
         marginal = np.log(np.exp(log_table) @ prior)
         self.relative = np.exp(log_table - marginal[:, None])
         self.theta = np.array(theta, np.int32)
-        self.counts, self.active, self.place, self.seen = (np.zeros(g_count, np.int64) for _ in range(4))
+        self.counts, self.active, self.place = (np.zeros(g_count, np.int64) for _ in range(3))
         self.first = np.full(g_count, -1, np.int64)
         self.table_of, self.following, self.sizes, self.dishes, self.slots = (np.zeros(n, np.int64) for _ in range(5))
         self.work, self.sums = np.zeros(max(n, g_count) + 1), np.zeros((n + 1, g_count))
@@ -42,8 +42,8 @@ def move_site(i: int, theta, log_table, prior, eta):
 def move_all_blocks(theta, log_table, prior, eta):
     a = Arrays(theta, log_table, prior)
     n_tables = loops.seat_rows(
-        0, log_table, a.theta, prior, eta, a.table_of, a.seen, a.first, a.following, a.sizes, a.sums, 0, a.work,
-        a.slots, None,
+        0, log_table, a.theta, prior, eta, a.table_of, a.first, a.following, a.sizes, a.sums, 0, a.work, a.slots,
+        None,
     )  # fmt: skip
     loops.move_blocks(n_tables, a.sums, a.log_prior, a.table_of, a.theta, a.dishes, a.work, None)
     return tuple(int(g) for g in a.theta)

@@ -12,6 +12,7 @@ from scipy import stats
 from scipy.special import roots_genlaguerre
 
 import subgoal.partition.groups as module
+import subgoal.partition.together as together_module
 from subgoal._kernels import collapsed_blocks
 from subgoal._kernels import groups as loops
 from subgoal.partition.groups import Grouped, _Franchise
@@ -115,7 +116,8 @@ def test_seats_have_their_exact_law(theta) -> None:
 @pytest.mark.parametrize("seats", [(0, 1, 1, 2), (0, 1, 2, 0)])
 def test_moves_of_tables_leave_the_posterior_invariant(seats, together: bool, monkeypatch) -> None:
     """Given the seating, tables are observations of the mixture with β integrated out; also moved only together."""
-    monkeypatch.setattr(module, "TABLE_ENTRIES", 0 if together else 2**24)
+    monkeypatch.setattr(together_module, "ENTRIES", 0 if together else 2**24)
+    monkeypatch.setattr(together_module, "SWEEPS", 1)
     dense, prior = TABLES["generic"][:, :2], PRIOR[:2] / PRIOR[:2].sum()
     table = with_trajectories(dense, STARTS, prior, edges=(1,))
     table_of = np.array(seats)
@@ -151,7 +153,7 @@ def test_runs_reach_the_enumerated_posterior(name: str) -> None:
 @pytest.mark.parametrize("mass", [0.2, MASS, 6.0])
 @pytest.mark.parametrize("together", [False, True])
 def test_long_runs_reach_the_enumerated_posterior(name: str, mass: float, together: bool, monkeypatch) -> None:
-    monkeypatch.setattr(module, "TABLE_ENTRIES", 0 if together else 2**24)
+    monkeypatch.setattr(together_module, "ENTRIES", 0 if together else 2**24)
     draws = run(with_trajectories(ALL[name], STARTS), Grouped(GROUPS, mass), 12_000).assignments
     assert distance_ratio(draws, law_of(ALL[name], mass=mass)) <= 3
 

@@ -88,11 +88,11 @@ def test_the_filter_gives_the_evidence() -> None:
 @pytest.mark.parametrize("together", [False, True])
 def test_moves_of_runs_leave_the_posterior_invariant(keeps, together: bool, monkeypatch) -> None:
     """Given where redraws fall; with runs moved one by one and with runs only moved together."""
-    import subgoal.partition.persistence as module
+    import subgoal.partition.together as module
     from subgoal._kernels import collapsed_blocks
 
-    monkeypatch.setattr(module, "RUN_TABLE", 0 if together else 2**24)
-    monkeypatch.setattr(module, "RUN_SWEEPS", 1)
+    monkeypatch.setattr(module, "ENTRIES", 0 if together else 2**24)
+    monkeypatch.setattr(module, "SWEEPS", 1)
     table = temporal_table("generic", 4, 2)
     prior = np.exp(table.log_prior)
     arrived = ARRIVED[:, :2]

@@ -9,11 +9,11 @@ import pytest
 from scipy.special import digamma, polygamma
 
 from subgoal import samplers
-from subgoal._kernels import blocked, cluster_collapsed, collapsed, collapsed_blocks, split_merge, tempered
+from subgoal._kernels import blocked, cluster_collapsed, collapsed, split_merge, tempered
 from subgoal._kernels.counts import recount
 from subgoal.partition.protocol import Chain
 from subgoal.partition.tempered import levels_of
-from tests.exact.laws import LOOPS, WITH_WALLS, partition_posterior, replayed, sweep_law
+from tests.exact.laws import WITH_WALLS, partition_posterior, sweep_law
 from tests.exact.replay import matrix, outcomes
 from tests.exact.test_compiled_steps import SMALL_PRIOR, likelihood_of
 from tests.exact.test_transition_alg4 import Arrays as Tables
@@ -57,7 +57,7 @@ def test_collapsed_sites_are_reversible(name: str, eta: float) -> None:
     for i in range(len(table)):
         step = matrix(
             states,
-            lambda s, i=i: replayed([collapsed, collapsed_blocks], lambda: move_redraw(i, s, table, eta)),
+            lambda s, i=i: outcomes(collapsed, lambda: move_redraw(i, s, table, eta)),
         )
         assert imbalance(pi, step) <= 1e-13
 
@@ -124,7 +124,7 @@ def test_clusters_are_reported_with_candidates_of_the_posterior(name: str) -> No
         return tuple(after.assignments[0].tolist())
 
     for labels, mass in partition_posterior(table, eta, SMALL_PRIOR).items():
-        for theta, p in replayed(LOOPS[samplers.cluster_collapsed], lambda labels=labels: move(labels)).items():
+        for theta, p in outcomes(cluster_collapsed, lambda labels=labels: move(labels)).items():
             law[theta] += mass * p
     _, pi = vector(assignment_posterior(table, eta, SMALL_PRIOR))
     assert np.abs(np.array(list(law.values())) - pi).sum() <= 1e-12
@@ -204,7 +204,7 @@ def test_each_level_keeps_its_own_law(level: int) -> None:
         return tuple(drawn.tolist())
 
     states, pi = vector(assignment_posterior(POWERS[level] * table, eta, SMALL_PRIOR))
-    step = matrix(states, lambda s: replayed([tempered, collapsed_blocks], lambda: move(s)))
+    step = matrix(states, lambda s: outcomes(tempered, lambda: move(s)))
     assert np.abs(pi @ step - pi).sum() <= 1e-12
 
 

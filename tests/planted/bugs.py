@@ -12,7 +12,7 @@ from tests.planted.world_bugs import WORLDS
 
 BLOCKS, ALG4, COUNTS = "_kernels/collapsed_blocks.py", "_kernels/alg4.py", "_kernels/counts.py"
 DIRECTIONS, SAMPLE, STORED = "_kernels/directions.py", "posterior/sample.py", "storage/archive.py"
-ASSEMBLE = "posterior/assemble.py"
+ASSEMBLE, SEATING = "posterior/assemble.py", "_kernels/seating.py"
 SITES = "exact/test_transition_collapsed_blocks.py::test_every_site_move_is_reversible[generic-5.0]"
 MOVES = "exact/test_transition_collapsed_blocks.py::test_block_move_leaves_the_posterior_invariant[generic-1.0]"
 TABLES = "exact/test_transition_alg4.py::test_corrected_site_moves_are_reversible_and_dish_moves_invariant[peaked-1.0]"
@@ -34,9 +34,9 @@ SAMPLERS = [
     Bug("concentration dropped in a birth", BLOCKS, "work[k] = concentration", "work[k] = 1.0",
         GEWEKE + "[collapsed_blocks]"),
     Bug("prior forgotten in a birth", BLOCKS, "work[g] = prior[g] * relative[r, g]", "work[g] = relative[r, g]", SITES),
-    Bug("seat mass without the prior", BLOCKS, "work[count] = concentration * prior[g]", "work[count] = concentration",
+    Bug("seat mass without the prior", BLOCKS, "sizes, concentration * prior[g], work", "sizes, concentration, work",
         MOVES),
-    Bug("seats not weighed by table size", BLOCKS, "work[count] = sizes[other]", "work[count] = 1.0", MOVES),
+    Bug("seats not weighed by table size", SEATING, "work[count] = sizes[table]", "work[count] = 1.0", MOVES),
     Bug("a singleton's candidate is drawn afresh", ALG4, "if alone and singleton_keeps:", "if False:", TABLES),
     Bug("table sizes include the customer", ALG4, "work[j] = size[order[j]] *",
         "work[j] = (size[order[j]] + (order[j] == slot)) *", TABLES),

@@ -26,6 +26,6 @@ PERSISTENCE_BUGS = [
     Bug("a run forgets that it was kept on arrival", LOOPS, "row[g] += log_kept", "row[g] += 0.0", RUNS),
     Bug("weights counted from every step", SAMPLER, "np.bincount(self.theta[self.redrawn], minlength",
         "np.bincount(self.theta, minlength", LONG),
-    Bug("runs not moved back to their steps", SAMPLER, "self.theta = np.ascontiguousarray(theta[run])",
-        "self.theta = np.ascontiguousarray(theta[np.minimum(run + 1, theta.size - 1)])", RUNS),
+    Bug("runs not moved back to their steps", SAMPLER, "theta, self._sums)[run])",
+        "theta, self._sums)[np.minimum(run + 1, theta.size - 1)])", RUNS),
 ]  # fmt: skip

@@ -113,15 +113,15 @@ STICKY_AND_GROUP_BUGS = [
     Bug(
         "seats of groups without the shared weight",
         GROUP_LOOPS,
-        "work[count] = mass * weights[g]",
-        "work[count] = mass",
+        "sizes, mass * weights[g], work",
+        "sizes, mass, work",
         GROUPED + "seats_have_their_exact_law[theta1]",
     ),
     Bug(
         "tables move without the concentration",
-        GROUPS,
-        "self.prior, self.table.log_prior, self.chain.concentration,\n",
-        "self.prior, self.table.log_prior, 1.0,\n",
+        "partition/together.py",
+        "prior, log_prior, chain.concentration, candidate,",
+        "prior, log_prior, 1.0, candidate,",
         GROUPED + "moves_of_tables_leave_the_posterior_invariant[seats0-False]",
     ),
     Bug(

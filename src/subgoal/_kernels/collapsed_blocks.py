@@ -16,6 +16,7 @@ from numba import njit
 from subgoal._kernels.alg4 import add_assigned
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal._kernels.draws import choose
+from subgoal._kernels.seating import choose_table
 
 BLOCKS_IN = 0.25
 """Share of the sweeps in which clusters move: sums over their rows cost more than all else in a sweep."""
@@ -77,8 +78,8 @@ def redraw_rows(start, relative, theta, counts, active, place, k, concentration,
 
 
 @njit(cache=True, nogil=True)
-def seat_rows(start, tile, theta, prior, concentration, table_of, seen, first, following, sizes, sums, n_tables,
-              work, slots, generator):  # fmt: skip
+def seat_rows(start, tile, theta, prior, concentration, table_of, first, following, sizes, sums, n_tables, work, slots,
+              generator):  # fmt: skip
     """Seat start..start+len(tile) among those of their candidate seated before; returns the number of tables.
 
     Tables of a candidate form a list from ``first`` through ``following``. Each row is added to the sum of its table,
@@ -86,27 +87,15 @@ def seat_rows(start, tile, theta, prior, concentration, table_of, seen, first, f
     """
     for r in range(tile.shape[0]):
         g = theta[start + r]
-        table = n_tables
-        if seen[g] > 0:
-            count = 0
-            other = first[g]
-            while other >= 0:
-                work[count] = sizes[other]
-                slots[count] = other
-                count += 1
-                other = following[other]
-            work[count] = concentration * prior[g]
-            pick = choose(work, count + 1, generator)
-            if pick < count:
-                table = slots[pick]
-        if table == n_tables:
+        table = choose_table(first[g], following, sizes, concentration * prior[g], work, slots, generator)
+        if table < 0:
+            table = n_tables
             following[table] = first[g]
             first[g] = table
             sizes[table] = 0
             for c in range(tile.shape[1]):
                 sums[table, c] = 0.0
             n_tables += 1
-        seen[g] += 1
         table_of[start + r] = table
         sizes[table] += 1
         for c in range(tile.shape[1]):
@@ -160,7 +149,6 @@ def sweeps_dense(table, relative, edges, prior, log_prior, concentration, theta,
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
         largest_first(counts, active, place, k)
-        seen = np.zeros(g_count, np.int64)
         first = np.full(g_count, -1, np.int64)
         n_tables = 0
         moving = clusters_move(work, generator)
@@ -173,8 +161,8 @@ def sweeps_dense(table, relative, edges, prior, log_prior, concentration, theta,
                 continue
             sums = with_room(sums, n_tables + b - a)
             n_tables = seat_rows(
-                a, table[a:b], theta, prior, concentration, table_of, seen, first, following, sizes, sums, n_tables,
-                work, slots, generator,
+                a, table[a:b], theta, prior, concentration, table_of, first, following, sizes, sums, n_tables, work,
+                slots, generator,
             )  # fmt: skip
         if moving:
             fit = move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from numba import njit
 
 from subgoal._kernels.draws import choose
+from subgoal._kernels.seating import choose_table
 
 
 @njit(cache=True, nogil=True)
@@ -36,20 +37,9 @@ def seat_in_groups(theta, group, weights, mass, table_of, sizes, work, slots, fi
     n_tables = 0
     for i in range(theta.size):
         k, g = group[i], theta[i]
-        table = n_tables
-        if first[k, g] >= 0:
-            count = 0
-            other = first[k, g]
-            while other >= 0:
-                work[count] = sizes[other]
-                slots[count] = other
-                count += 1
-                other = following[other]
-            work[count] = mass * weights[g]
-            pick = choose(work, count + 1, generator)
-            if pick < count:
-                table = slots[pick]
-        if table == n_tables:
+        table = choose_table(first[k, g], following, sizes, mass * weights[g], work, slots, generator)
+        if table < 0:
+            table = n_tables
             following[table] = first[k, g]
             first[k, g] = table
             sizes[table] = 0

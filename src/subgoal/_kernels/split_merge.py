@@ -204,7 +204,7 @@ def sweeps_dense(table, relative, edges, prior, log_prior, concentration, propos
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
         largest_first(counts, active, place, k)
-        seen, first, n_tables = np.zeros(g_count, np.int64), np.full(g_count, -1, np.int64), 0
+        first, n_tables = np.full(g_count, -1, np.int64), 0
         for e in range(edges.size - 1):
             start, stop = edges[e], edges[e + 1]
             k = redraw_rows(
@@ -212,7 +212,7 @@ def sweeps_dense(table, relative, edges, prior, log_prior, concentration, propos
             )
             sums = with_room(sums, n_tables + stop - start)
             n_tables = seat_rows(
-                start, table[start:stop], theta, prior, concentration, table_of, seen, first, following, sizes, sums,
+                start, table[start:stop], theta, prior, concentration, table_of, first, following, sizes, sums,
                 n_tables, work, slots, generator,
             )  # fmt: skip
         for _ in range(proposals if n > 1 else 0):

@@ -47,7 +47,7 @@ def _sweeps_tiled(chain: Chain, theta: Int32s, keep: Bools, record: Recorder) ->
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
         loops.largest_first(counts, active, place, k)
-        seen, first, n_tables = np.zeros(g_count, np.int64), np.full(g_count, -1, np.int64), 0
+        first, n_tables = np.full(g_count, -1, np.int64), 0
         moving, value = loops.clusters_move(work, generator), 0.0
         for start, tile in table.tiles():
             relative = table.relative_tile(start, tile)
@@ -59,8 +59,8 @@ def _sweeps_tiled(chain: Chain, theta: Int32s, keep: Bools, record: Recorder) ->
                 continue
             sums = loops.with_room(sums, n_tables + len(tile))
             n_tables = loops.seat_rows(
-                start, tile, theta, prior, concentration, table_of, seen, first, following, sizes, sums, n_tables,
-                work, slots, generator,
+                start, tile, theta, prior, concentration, table_of, first, following, sizes, sums, n_tables, work,
+                slots, generator,
             )  # fmt: skip
         if moving:
             value = loops.move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)

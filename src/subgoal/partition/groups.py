@@ -8,15 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from subgoal._kernels import collapsed_blocks as blocks
 from subgoal._kernels import groups as loops
-from subgoal._kernels.persistence import normalise_runs
 from subgoal.partition.priors import Gamma, log_weights
 from subgoal.partition.protocol import (
-    FIRST_TABLES,
     Arrays,
     Chain,
-    Int32s,
     Recorder,
     Stretch,
     log_fit,
@@ -24,12 +20,11 @@ from subgoal.partition.protocol import (
     starting_assignment,
 )
 from subgoal.partition.shared_weights import draw_mass, log_rows, log_shared, mass_of
+from subgoal.partition.together import bytes_needed, redraw_together
 from subgoal.runtime.checks import Bools, Floats, Ints
 from subgoal.runtime.errors import InputError
 
 MASS = Gamma(1.0, 0.1)
-TABLE_ENTRIES = 2**24
-"""Most entries of the matrix of tables by candidates; above it tables are moved together and not one by one."""
 COUNT_ENTRIES = 2**26
 """Most entries of "group counts" among the parameters of a stretch; above it they are left out."""
 
@@ -81,6 +76,10 @@ class Grouped:
     def n_groups(self) -> int:
         """Number of groups K."""
         return max(self.group) + 1
+
+    def bytes_needed(self, n: int, g_count: int) -> float:
+        """Of one chain: both matrices of the tables."""
+        return bytes_needed(n, g_count)
 
     def __call__(self, chain: Chain, keep: Bools) -> Stretch:
         """Advance one chain; see ``Sampler``."""
@@ -174,34 +173,10 @@ class _Franchise:
         """Given the seating, tables are observations of the exchangeable mixture."""
         dish = np.empty(n_tables, np.int32)
         loops.dishes_of(self.theta, table_of, dish)
-        if n_tables * self.prior.size <= TABLE_ENTRIES:
-            sums = self._sums(table_of, n_tables)
-            relative = np.empty_like(sums)
-            normalise_runs(sums, self.table.log_prior, relative)
-            trace = np.empty(1), np.empty(1), np.empty(1, np.int64)
-            blocks.sweeps_dense(
-                sums, relative, np.array([0, n_tables]), self.prior, self.table.log_prior, self.chain.concentration,
-                dish, np.empty((FIRST_TABLES, self.prior.size)), np.zeros(1, bool),
-                np.empty((0, n_tables), np.int32), *trace, self.chain.generator,
-            )  # fmt: skip
-        else:
-            self._move_together(table_of, dish)
+        dish = redraw_together(self.chain, self.prior, table_of, dish, self._sums)
         self.theta = np.ascontiguousarray(dish[table_of])
         self.shared = np.bincount(dish, minlength=self.prior.size)
         loops.count_in_groups(self.theta, self.group, self.counts)
-
-    def _move_together(self, table_of: Ints, dish: Int32s) -> None:
-        """Seat the tables of each candidate by its restaurant, which then draws one candidate for all; writes it."""
-        size, g_count = dish.size, self.prior.size
-        over, following, sizes, dishes, slots = (np.empty(size, np.int64) for _ in range(5))
-        seen, first = np.zeros(g_count, np.int64), np.full(g_count, -1, np.int64)
-        work = np.empty(max(size, g_count) + 1)
-        count = blocks.seat_rows(
-            0, np.empty((size, 0)), dish, self.prior, self.chain.concentration, over, seen, first, following, sizes,
-            np.empty((size, 0)), 0, work, slots, self.chain.generator,
-        )  # fmt: skip
-        sums = self._sums(over[table_of], count)
-        blocks.move_blocks(count, sums, self.table.log_prior, over, dish, dishes, work, self.chain.generator)
 
     def _sums(self, table_of: Ints, count: int) -> Floats:
         """(count, G) log likelihood of each table, were it at each candidate."""

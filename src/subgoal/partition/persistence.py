@@ -8,15 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from subgoal._kernels import collapsed_blocks as blocks
 from subgoal._kernels import persistence as loops
 from subgoal._kernels.counts import log_assignment_prior
 from subgoal.partition.priors import Beta, log_weights, probability_of, slice_draw
 from subgoal.partition.protocol import (
-    FIRST_TABLES,
     Arrays,
     Chain,
-    Int32s,
     Recorder,
     Stretch,
     Table,
@@ -24,16 +21,13 @@ from subgoal.partition.protocol import (
     relative_rows,
     starting_assignment,
 )
+from subgoal.partition.together import bytes_needed, redraw_together
 from subgoal.runtime.checks import Bools, Floats, Ints
 from subgoal.runtime.errors import InputError
 
 UNIFORM = Beta()
 LOGITS = 27.0
 """ρ stays within e^−27 of zero and of one."""
-RUN_TABLE = 2**24
-"""Most entries of the table of runs by candidates; above it runs are moved together and not one by one."""
-RUN_SWEEPS = 4
-"""Sweeps over the runs in one over the recording: there are far fewer of them."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +64,7 @@ class Persistent:
 
     def bytes_needed(self, n: int, g_count: int) -> float:
         """Of one chain: both tables of the runs."""
-        return 16.0 * min(n * g_count, RUN_TABLE)
+        return bytes_needed(n, g_count)
 
     def __call__(self, chain: Chain, keep: Bools) -> Stretch:
         """Advance one chain; see ``Sampler``."""
@@ -164,32 +158,7 @@ class _Steps:
         """Given the redraws, runs are observations of the exchangeable mixture."""
         run = np.cumsum(self.redrawn) - 1
         theta = np.ascontiguousarray(self.theta[self.redrawn])
-        if theta.size * self.prior.size <= RUN_TABLE:
-            sums = self._sums(run, theta.size)
-            relative = np.empty_like(sums)
-            loops.normalise_runs(sums, self.table.log_prior, relative)
-            trace = np.empty(RUN_SWEEPS), np.empty(RUN_SWEEPS), np.empty(RUN_SWEEPS, np.int64)
-            blocks.sweeps_dense(
-                sums, relative, np.array([0, theta.size]), self.prior, self.table.log_prior,
-                self.chain.concentration, theta, np.empty((FIRST_TABLES, self.prior.size)), np.zeros(RUN_SWEEPS, bool),
-                np.empty((0, theta.size), np.int32), *trace, self.chain.generator,
-            )  # fmt: skip
-        else:
-            self._move_together(run, theta)
-        self.theta = np.ascontiguousarray(theta[run])
-
-    def _move_together(self, run: Ints, theta: Int32s) -> None:
-        """Seat the runs of each candidate by its restaurant, then every table redraws its candidate; writes θ."""
-        size, g_count = theta.size, self.prior.size
-        table_of, following, sizes, dishes, slots = (np.empty(size, np.int64) for _ in range(5))
-        seen, first = np.zeros(g_count, np.int64), np.full(g_count, -1, np.int64)
-        work = np.empty(max(size, g_count) + 1)
-        n_tables = blocks.seat_rows(
-            0, np.empty((size, 0)), theta, self.prior, self.chain.concentration, table_of, seen, first, following,
-            sizes, np.empty((size, 0)), 0, work, slots, self.chain.generator,
-        )  # fmt: skip
-        sums = self._sums(table_of[run], n_tables)
-        blocks.move_blocks(n_tables, sums, self.table.log_prior, table_of, theta, dishes, work, self.chain.generator)
+        self.theta = np.ascontiguousarray(redraw_together(self.chain, self.prior, run, theta, self._sums)[run])
 
     def _sums(self, group: Ints, count: int) -> Floats:
         """(count, G) log likelihood of each group of runs, were it each candidate, up to what is the same for all."""
