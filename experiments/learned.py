@@ -143,7 +143,12 @@ def picture(headline: Headline) -> Figure:
     figure = sheet(9.5, 3.8)
     left, right = figure.subplots(1, 2)
     met = headline["met"]
-    left.barh([SHOWN[name] for name in met], [row["all_found"] / row["runs"] for row in met.values()], color=PALETTE[0], height=0.6)
+    left.barh(
+        [SHOWN[name] for name in met],
+        [row["all_found"] / row["runs"] for row in met.values()],
+        color=PALETTE[0],
+        height=0.6,
+    )
     left.axvline(0.9, color=INK, lw=1, ls="--")
     left.set(xlim=(0, 1.02), title="Runs in which every true goal is found", xlabel="share of runs")
     left.invert_yaxis()
