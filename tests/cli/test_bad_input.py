@@ -109,3 +109,20 @@ def test_a_torn_posterior_cannot_be_reported(subgoal, corner: Path, tmp_path: Pa
     answer = subgoal("report", out)
     assert answer.code == 2
     assert "posterior" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--group", "id", "-i", "id", "--sampler", "blocked"), "none beside --group"),
+        (("--learn-all", "--sampler", "blocked"), "none beside --learn-all"),
+        (("--group", "beast"), "column 'beast'"),
+        (("--confidence", "0"), "confidence"),
+        (("--learn-all", "--confidence", "0"), "confidence"),
+    ],
+)
+def test_options_that_do_not_go_together(subgoal, corner: Path, tmp_path: Path, words, told: str) -> None:
+    answer = subgoal("learn", corner, *words, "--out", tmp_path / "out")
+    assert answer.code == 2
+    assert told in answer.err
+    assert not (tmp_path / "out").exists()

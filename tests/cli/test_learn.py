@@ -176,3 +176,84 @@ def test_far_coordinates_keep_their_digits(subgoal, corner: Path, tmp_path: Path
     assert "1e+09" not in answer.out
     places = np.array([float(row["x"]) for row in table(tmp_path / "out" / "subgoals.csv")])
     assert np.isin(places, [1e9 + float(x) for x, *_ in rows]).all()
+
+
+def with_animals(corner: Path) -> Path:
+    """The two tracks, each of an animal of its own."""
+    head, *lines = corner.read_text().splitlines()
+    file = corner.with_name("animals.csv")
+    rows = [f"{line},{'fox' if line.endswith('a') else 'owl'}" for line in lines]
+    file.write_text("\n".join([f"{head},animal", *rows]))
+    return file
+
+
+def test_groups_have_weights_of_their_own_and_a_table(subgoal, corner: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
+    out, file = tmp_path / "out", with_animals(corner)
+    answer = subgoal("learn", file, "--group", "animal", "--out", out, *QUICK)
+    assert answer.code == 0
+    assert {row["group"] for row in table(out / "groups.csv")} == {"fox", "owl"}
+    assert "Largest difference" in (page := (out / "report.html").read_text()) or "No two groups" in page
+    demos = library.read(file, group="animal")
+    likelihood = library.action_comparison(demos, library.epsilon_net(demos), confidence=3)
+    posterior = library.sample(
+        likelihood, model=library.models.Grouped(demos.group), draws=60, warmup=40, thin=1, seed=0
+    )
+    saved = library.load(out / "posterior.npz")
+    np.testing.assert_array_equal(saved.assignments, posterior.assignments)
+    assert saved.demonstrations.groups == ("fox", "owl")
+    assert subgoal("report", out, "-q").code == 0
+    assert {row["group"] for row in table(out / "groups.csv")} == {"fox", "owl"}
+
+
+def test_learn_all_is_what_the_library_learns(subgoal, corner: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("subgoal.irl.learn.PRELIMINARY", {"chains": 1, "draws": 8, "warmup": 8, "thin": 1})
+    monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
+    out = tmp_path / "out"
+    assert subgoal("learn", corner, "--learn-all", "--epsilon", "2", "--out", out, "-q", *QUICK).code == 0
+    demos = library.read(corner, trajectory="id")
+    likelihood = library.action_comparison(demos, library.epsilon_net(demos, 2.0))
+    posterior = library.learn(likelihood, draws=60, warmup=40, thin=1, seed=0)
+    saved = library.load(out / "posterior.npz")
+    np.testing.assert_array_equal(saved.assignments, posterior.assignments)
+    np.testing.assert_array_equal(saved.likelihood.weight, posterior.likelihood.weight)
+    assert set(saved.parameters) == {"concentration", "persistence", "noise levels"}
+
+
+def test_what_is_given_beside_learn_all_stays_as_it_is(subgoal, corner: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("subgoal.irl.learn.PRELIMINARY", {"chains": 1, "draws": 8, "warmup": 8, "thin": 1})
+    monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
+    out = tmp_path / "out"
+    words = ("--learn-all", "-a", "5", "-e", "0.5", "--epsilon", "2", "--draws", "3", "--warmup", "0", "-q")
+    assert subgoal("learn", corner, *words, "--out", out).code == 0
+    settings = json.loads((out / "summary.json").read_text())["settings"]
+    assert (settings["confidence"], settings["concentration"], settings["thin"]) == (5.0, 0.5, 3)
+    assert settings["model"].startswith("Persistent")
+    assert set(library.load(out / "posterior.npz").parameters) == {"persistence"}
+
+
+def test_defaults_without_learn_all_are_those_of_sample(subgoal, corner: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
+    assert subgoal("learn", corner, "--draws", "2", "--epsilon", "4", "--out", tmp_path / "out", "-q").code == 0
+    settings = json.loads((tmp_path / "out" / "summary.json").read_text())["settings"]
+    wanted = {"confidence": 3.0, "concentration": 1.0, "warmup": 1000, "thin": 10, "sampler": "collapsed_blocks"}
+    assert {name: settings[name] for name in wanted} == wanted
+
+
+def test_sensitivity_is_shown_printed_and_written_and_only_where_asked(
+    subgoal, corner: Path, tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.setattr("subgoal.irl.sensitivity.SHORT", {"chains": 1, "draws": 4, "warmup": 4, "thin": 1})
+    monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
+    out = tmp_path / "out"
+    answer = subgoal("learn", corner, "--epsilon", "3", "--sensitivity", "--out", out, *QUICK)
+    assert answer.code == 0
+    assert "Under 6 other settings the number of subgoals" in answer.out
+    assert len(table(out / "sensitivity.csv")) == 8
+    assert "How sure are the settings" in (out / "report.html").read_text()
+    subgoal("report", out, "-q")
+    assert not (out / "sensitivity.csv").exists()
+    assert "How sure are the settings" not in (out / "report.html").read_text()
+    answer = subgoal("report", out, "-q", "--sensitivity")
+    assert (answer.code, answer.out) == (0, "")
+    assert len(table(out / "sensitivity.csv")) == 8

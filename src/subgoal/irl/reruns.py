@@ -133,9 +133,10 @@ class Sensitivity:
         loose = sum(not row.settled for row in self.reruns)
         has = "has" if loose == 1 else "have"
         unsure = f" {loose} of these short reruns {has} not settled (R-hat above {SETTLED})." if loose else ""
+        base = "" if self.rows[0].settled else " The posterior itself has not settled."
         return (
             f"Under {tried} the number of subgoals {told}{gone}. Places move by at most {move}, shares by at most "
-            f"{100 * most.largest_change:.1f} percentage points ({most.setting}{chance}).{unsure}"
+            f"{100 * most.largest_change:.1f} percentage points ({most.setting}{chance}).{unsure}{base}"
         )
 
     def lines(self) -> list[str]:

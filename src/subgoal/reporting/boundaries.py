@@ -45,7 +45,7 @@ def told_of(posterior: Posterior, cut: Segments, trajectory: int) -> str:
     return (
         f"Trajectory {demos.trajectory_names[trajectory]}: {inside.sum():.1f} changes of subgoal are expected, and "
         f"{steps} a sure one (at least 90 %). A tall thin bar is "
-        " a cut at a known moment; a low wide hill is a change whose moment is not known."
+        "a cut at a known moment; a low wide hill is a change whose moment is not known."
     )
 
 

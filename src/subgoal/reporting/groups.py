@@ -59,7 +59,7 @@ def largest_difference(shares: GroupShares) -> str:
     return (
         f"Largest difference: {goal.name} has {more} of the observations of {shares.names[a]} and {less} of those of "
         f"{shares.names[b]}: {low:.0f} to {high:.0f} percentage points more. "
-        f"{sure} of {counted(total, 'difference')} leave zero out with 90 %."
+        f"The 90 % intervals of {sure} of {counted(total, 'difference')} leave zero out."
     )
 
 
@@ -126,4 +126,6 @@ def _differences(shares: GroupShares) -> str:
 
 def _range(values: Any) -> str:
     low, high = (round(float(v)) + 0 for v in values)
+    if low == high:
+        return str(low)
     return f"{low}–{high}" if low >= 0 else f"{low} to {high}"

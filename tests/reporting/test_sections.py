@@ -1,0 +1,344 @@
+"""The sections that not every page has: when they are there, and that their numbers are those of the answers."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from subgoal import models
+from subgoal.answers.evidence import Evidence
+from subgoal.answers.groups import group_shares
+from subgoal.answers.segments import Segments, segments
+from subgoal.answers.subgoals import subgoals
+from subgoal.candidates import Candidates
+from subgoal.irl.reruns import Rerun, Sensitivity
+from subgoal.likelihood.table import LogLikelihood
+from subgoal.plots.style import OTHER_COLOUR, colour
+from subgoal.posterior.diagnostics import Status
+from subgoal.posterior.posterior import Posterior
+from subgoal.reporting import report
+from subgoal.reporting.boundaries import boundary_section, shown_trajectory, told_of
+from subgoal.reporting.groups import group_figure, largest_difference, shares_of_groups
+from subgoal.reporting.learned import counting_section, counting_words, in_time, learned_section
+from subgoal.reporting.results import write_results
+from subgoal.reporting.sensitivity import rate_section, rate_words, sensitivity_section
+from tests.answers.made import posterior_of
+from tests.plots.example import EVIL, example
+from tests.posterior.worlds import corner_likelihood, quiet_sample
+from tests.reporting.test_report import Page
+
+NAMES = ("fox", "cat", "fox", "fox", "cat", EVIL)
+MAYBE = ("Groups", "Learned numbers", "How sure are the settings", "Rate", "Boundaries", "What each observation counts")
+
+
+def grouped(groups: tuple[str, ...] = NAMES, **choice: Any) -> Posterior:
+    posterior, _, _ = example(2, **choice)
+    return replace(posterior, demonstrations=replace(posterior.demonstrations, groups=groups))
+
+
+def page_of(posterior: Posterior, path: Path, **options: Any) -> Page:
+    return Page(report(posterior, path / "p.html", **options).read_text(encoding="utf-8"))
+
+
+def test_each_section_is_there_where_it_applies_and_nowhere_else(tmp_path: Path) -> None:
+    plain = page_of(example(2)[0], tmp_path)
+    assert [name for name in MAYBE if name in plain.text] == ["Boundaries", "What each observation counts"]
+    bare = page_of(replace(grouped(), assignments=None, likelihood=None), tmp_path)
+    assert [name for name in MAYBE if name in bare.text] == []
+    whole = page_of(
+        replace(grouped(), parameters={"concentration": np.ones((4, 60))}), tmp_path, sensitivity=table_of(RATE)
+    )
+    assert [name for name in MAYBE if name in whole.text] == list(MAYBE)
+    for page in (plain, bare, whole):
+        places = [attributes["id"] for tag, attributes in page.tags if tag == "div" and "id" in attributes]
+        assert sorted(places) == sorted(page.figures)
+
+
+def test_unordered_observations_and_plain_tables_have_no_boundaries_and_no_weights(tmp_path: Path) -> None:
+    page = page_of(quiet_sample(LogLikelihood.from_table(np.zeros((8, 2))), chains=1, draws=3, warmup=0), tmp_path)
+    assert [name for name in MAYBE if name in page.text] == []
+
+
+def test_shares_of_groups_in_table_and_figure(tmp_path: Path) -> None:
+    posterior = grouped()
+    shares = group_shares(posterior, found=subgoals(posterior))
+    page = page_of(posterior, tmp_path)
+    told = " ".join(page.text)
+    assert EVIL in told
+    for k in range(3):
+        low, high = 100 * shares.interval[k, 0]
+        assert f"{100 * shares.share[k, 0]:.0f} %" in told
+        assert f"{low:.0f}–{high:.0f} %" in told
+    low, high = 100 * shares.difference_interval[0, 0]
+    assert f"{100 * shares.difference[0, 0]:+.0f}" in told
+    assert f"{low:.0f} to {high:.0f}" in told or f"{low:.0f}–{high:.0f}" in told
+    bars = page.figures["groups"]["data"]
+    for s, bar in enumerate(bars[: len(shares.subgoals.listed)]):
+        assert bar["marker"]["color"] == colour(s)
+        assert bar["x"] == pytest.approx(100 * shares.share[:, s], abs=0.005)
+    assert [sum(each) for each in zip(*(bar["x"] for bar in bars), strict=True)] == pytest.approx([100] * 3, abs=0.5)
+    assert "<img" not in json.dumps(page.figures["groups"])
+    assert page.figures["groups"]["layout"]["yaxis"]["ticktext"][1:] == ["cat", "fox"]
+
+
+def test_one_group_or_lost_assignments_have_no_shares() -> None:
+    assert shares_of_groups(grouped(("fox",) * 6), subgoals(grouped())) is None
+    assert shares_of_groups(replace(grouped(), assignments=None), subgoals(grouped())) is None
+
+
+PLACES = Candidates(np.array([[0.0], [9.0]]), radius=0.1)
+
+
+def test_the_largest_sure_difference_is_told_the_larger_group_first() -> None:
+    """Group b is at the second place 9 times of 10 and a never; c always but in 4 draws of 50, which is not sure."""
+    draws = np.zeros((50, 30), int)
+    draws[:, 10:19] = 1
+    draws[4:, 20:] = 1
+    shares = group_shares(posterior_of(draws, PLACES, offset=[0, 10, 20, 30]), ["a", "b", "c"])
+    assert shares.subgoals.listed[0].position == [9.0]
+    assert largest_difference(shares) == (
+        "Largest difference: subgoal 1 has 90 % of the observations of b and 0 % of those of a: 90 to 90 percentage "
+        "points more. The 90 % intervals of 2 of 6 differences leave zero out."
+    )
+    alike = group_shares(posterior_of(draws[:, :20] * 0, PLACES, offset=[0, 10, 20]), ["a", "b"])
+    assert largest_difference(alike) == "No two groups surely differ in any subgoal."
+
+
+def test_what_no_listed_subgoal_explains_is_grey_and_many_groups_are_cut() -> None:
+    draws = np.tile(np.arange(80) % 2, (3, 1))
+    posterior = posterior_of(draws, PLACES, offset=list(range(0, 81, 2)))
+    hidden = np.array(posterior.assignments)
+    hidden[:, :, 0] = -1
+    shares = group_shares(replace(posterior, assignments=hidden), [f"g{k:02d}" for k in range(40)])
+    bars = group_figure(shares)["data"]
+    assert len(bars[0]["y"]) == 30
+    assert bars[-1]["marker"]["color"] == OTHER_COLOUR
+    assert bars[-1]["x"].tolist() == [50.0] + [0.0] * 29
+
+
+def cut_of(chance: list[float], posterior: Posterior) -> Segments:
+    return replace(segments(posterior), boundary=np.array(chance))
+
+
+def changing() -> Posterior:
+    """Two trajectories of 3 and 6; only the second changes its subgoal, twice."""
+    draws = np.array([[0, 0, 0, 1, 1, 0, 0, 1, 1]] * 4)
+    return posterior_of(draws, PLACES, offset=[0, 3, 9], times=np.array([0.0, 1, 2, 5, 6, 7, 8, 9, 10]))
+
+
+def test_boundaries_of_the_trajectory_with_the_most_segments() -> None:
+    posterior = changing()
+    cut = cut_of([1, 0.5, 0.5, 1, 0.1, 0.95, 0.2, 0.9, 0.35], posterior)
+    figures: dict[str, Any] = {}
+    page = Page(boundary_section(posterior, subgoals(posterior), cut, figures))
+    assert shown_trajectory(posterior, cut) == 1
+    *bars, chance = figures["boundaries"]["data"]
+    assert chance["y"].tolist() == [0.1, 0.95, 0.2, 0.9, 0.35]
+    assert chance["x"].tolist() == [1, 2, 3, 4, 5]
+    assert {y for bar in bars for y in bar["y"]} == {0}
+    assert {bar["yaxis"] for bar in bars} == {"y2"}
+    assert sorted(base for bar in bars for base in bar["base"]) == [0, 2, 4]
+    assert (
+        "2.5 changes of subgoal are expected, and 2 of 6 steps are a sure one (at least 90 %). A tall thin bar is a cut"
+        in " ".join(page.text)
+    )
+
+
+@pytest.mark.parametrize(("sure", "words"), [(0.5, "none of 6 steps is"), (0.9, "1 of 6 steps is")])
+def test_how_many_boundaries_are_sure(sure: float, words: str) -> None:
+    posterior = changing()
+    assert words in told_of(posterior, cut_of([1, 0, 0, 1, 0, 0, 0, 0, sure], posterior), 1)
+
+
+@cache
+def learned() -> Posterior:
+    table = corner_likelihood(2.0).weighted(0.5)
+    noise = models.NoiseLevels((0.25, 4.0))
+    model = models.Persistent(keep_there=models.Beta())
+    return quiet_sample(
+        table, model=model, concentration=models.Gamma(), confidence=noise, chains=2, draws=40, warmup=20, thin=1
+    )
+
+
+def cells(html: str, label: str) -> list[str]:
+    """Text of the cells under one head, in order."""
+    return [part.split("<span>", 1)[1].split("</span></td>")[0] for part in html.split(f'data-label="{label}"')[1:]]
+
+
+def test_learned_numbers_with_their_intervals() -> None:
+    made = replace(learned(), parameters=dict(learned().parameters) | {"odd <b>": np.full((2, 40), 2.0)})
+    html = learned_section(made)
+    kept = made.parameters["persistence"]
+    row = cells(html, "Number").index("Persistence ρ")
+    low, high = np.quantile(kept, [0.05, 0.95])
+    assert cells(html, "Mean")[row] == f"{kept.mean():.3g}"
+    assert cells(html, "90 % of the draws")[row] == f"{low:.3g} – {high:.3g}"
+    steps = 1 / (1 - kept).mean()
+    assert f"every {steps:.0f} observations ({0.25 * steps:.3g} s) on average" in cells(html, "What it is")[row]
+    names = cells(html, "Number")
+    assert {"Concentration η", "Persistence on arrival", "odd &lt;b&gt;"} < set(names)
+    levels = made.parameters["noise levels"].reshape(-1, 2)
+    unit = made.likelihood.source.unit
+    for m, alpha in enumerate((0.25 * unit, 4.0 * unit)):
+        row = names.index(f"Share of actions with α = {alpha:g}")
+        low, high = 100 * np.quantile(levels[:, m], [0.05, 0.95])
+        assert cells(html, "90 % of the draws")[row] == f"{low:.0f} – {high:.0f} %"
+
+
+def test_a_level_is_told_as_the_angle_within_which_half_of_its_actions_are() -> None:
+    """In the plane p(φ) ∝ exp(−α·2·sin(φ/2)) for directions φ away; by quadrature."""
+    html = learned_section(learned())
+    said = [cell for cell in cells(html, "What it is") if "half of them" in cell]
+    unit = learned().likelihood.source.unit
+    phi = np.linspace(0, np.pi, 200_001)
+    for alpha, told in zip((0.25 * unit, 4.0 * unit), said, strict=True):
+        mass = np.cumsum(np.exp(-alpha * 2 * np.sin(phi / 2)))
+        half = np.degrees(phi[np.searchsorted(mass, 0.5 * mass[-1])])
+        assert f"within {half:.0f}° " in told
+        assert ("all but free" in told) == (half > 60)
+
+
+def test_numbers_of_every_candidate_are_not_listed() -> None:
+    made = replace(learned(), parameters={"confidence of each candidate": np.ones((2, 40, 9))})
+    assert learned_section(made) == ""
+
+
+@pytest.mark.parametrize(
+    ("weight", "time", "fine", "words"),
+    [
+        (1.0, 1.1, True, "not correlated, so every observation counts in full."),
+        (1.0, 3.0, False, "Every observation counts in full."),
+        (0.5, 2.1, True, "2.0 observations (0.5 s) in a row say as much as one independent observation: each counts as "
+         "0.50, and 80 observations as 40. The errors that are left agree with that."),
+        (0.5, 1.0, True, "each counts as 0.50, and 80 observations as 40."),
+        (0.5, 2.6, False, "each counts as 0.50, and 80 observations as 40."),
+    ],
+)  # fmt: skip
+def test_how_serial_correlation_is_accounted_for(weight: float, time: float, fine: bool, words: str) -> None:
+    found = Evidence(np.ones(1), time, 1 / time)
+    told, enough = counting_words(learned(), np.full(80, weight), found)
+    assert told.endswith(words)
+    assert enough is fine
+
+
+def test_weights_that_differ() -> None:
+    told, fine = counting_words(learned(), np.linspace(0.5, 1, 80), Evidence(np.ones(1), 1.0, 1.0))
+    assert told == "Weights differ: 80 observations count as 60 independent ones."
+    assert fine
+
+
+def test_weight_and_correlation_are_in_the_section_and_too_little_is_told_in_red(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("subgoal.reporting.learned.evidence", lambda posterior: Evidence(np.ones(3), 6.0, 1 / 6))
+    html = counting_section(learned())
+    assert cells(html, "How much") == ["80", "0.5", "40", "6.0 observations (1.5 s)"]
+    assert '<p class="fail">Errors of neighbouring actions are correlated over 6.0 observations' in html
+    assert "a weight of 0.17" in html
+    monkeypatch.setattr("subgoal.reporting.learned.evidence", lambda posterior: Evidence(np.ones(1), 2.0, 0.5))
+    assert 'class="fail"' not in counting_section(learned())
+
+
+def test_time_of_observations() -> None:
+    assert in_time(learned(), 4.0) == "4 observations (1 s)"
+    assert in_time(learned(), 1.0) == "1 observation (0.25 s)"
+    assert in_time(changing(), 2.0, 1) == "2.0 observations (2 s)"
+    bare = replace(changing(), demonstrations=replace(changing().demonstrations, times=None))
+    assert in_time(bare, 2.0) == "2 observations"
+
+
+def rerun(setting: str, kind: str, **other: Any) -> Rerun:
+    fields: dict[str, Any] = {
+        "every": 1, "n_observations": 60, "worth": 30.0, "n_subgoals": 2, "places": np.zeros((2, 1)), "rhat": 1.0,
+        "shares": np.array([0.6, 0.3]), "moved": np.zeros(2), "change": np.zeros(2), "persistence": 0.9,
+        "concentration": 1.0, "status": Status.CONVERGED,
+    } | other  # fmt: skip
+    return Rerun(setting, kind, **fields)
+
+
+RATE = rerun(
+    "every 2nd observation", "rate", every=2, n_observations=30, worth=20.0, n_subgoals=1, persistence=0.8,
+    shares=np.array([0.5, 0.0]), moved=np.array([0.25, np.nan]), change=np.array([-0.1, -0.3]), rhat=1.3,
+)  # fmt: skip
+
+
+def table_of(*rows: Rerun, **other: Any) -> Sensitivity:
+    fields = {"top": tuple(subgoals(changing()).items), "left_out": ("every 4th observation",), "unit": EVIL} | other
+    return Sensitivity(rows=(rerun("as sampled", "as sampled"), *rows), **fields)
+
+
+def test_settings_are_told_with_the_verdict_and_what_was_left_out() -> None:
+    table = table_of(RATE)
+    html = sensitivity_section(table)
+    page = Page(html)
+    assert table.verdict in page.text
+    assert cells(html, "Setting") == ["as sampled", "every 2nd observation"]
+    assert cells(html, "Subgoals") == ["2", "<b>1</b>"]
+    assert cells(html, "Missing") == ["–", "<b>1</b>"]
+    assert cells(html, "Shares change by up to") == ["0.0 points", "30.0 points"]
+    assert cells(html, "ρ") == ["0.900", "0.800"]
+    assert cells(html, "Counts as") == ["30", "20"]
+    assert cells(html, "R-hat") == ["1.00", '<span class="fail">1.30</span>']
+    assert "Stopped before: every 4th observation." in page.text
+    assert "img" not in {tag for tag, _ in page.tags}
+    loose = [replace(row, persistence=np.nan) for row in table.rows]
+    assert "ρ" not in sensitivity_section(replace(table, rows=tuple(loose)))
+    assert sensitivity_section(None) == ""
+
+
+def test_rates_are_told_with_shares_and_stays_in_the_steps_of_the_recording() -> None:
+    html = rate_section(changing(), table_of(RATE))
+    assert cells(html, "Recording") == ["as recorded", "every 2nd observation"]
+    assert cells(html, "Observations") == ["60", "30"]
+    assert cells(html, "subgoal 1") == ["60 %", "50 %"]
+    assert cells(html, "subgoal 2") == ["30 %", "–"]
+    assert cells(html, "Subgoal drawn anew every") == ["10 observations (10 s)", "10 observations (10 s)"]
+    assert rate_section(changing(), table_of(rerun("A", "weight"))) == ""
+    assert rate_section(changing(), None) == ""
+
+
+def test_whether_the_rate_decides() -> None:
+    base, same = rerun("as sampled", "as sampled"), rerun("every 4th", "rate", change=np.array([0.02, 0.05]))
+    assert rate_words(base, [same]).endswith("stays 2, shares change by at most 5.0 percentage points.")
+    assert rate_words(base, [same, RATE]).endswith(
+        "is 2 with all observations and 2 and 1 with fewer, shares change by at most 30.0 percentage points, 1 subgoal "
+        "not found again."
+    )
+
+
+def rows_of(path: Path) -> list[list[str]]:
+    return [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def test_tables_of_groups_and_settings_stand_in_the_folder_while_they_apply(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
+    posterior = grouped(("fox", "cat", "fox", "fox", "cat", "cat"))
+    shares = group_shares(posterior)
+    found = write_results(posterior, tmp_path, sensitivity=table_of(RATE)).found
+    heads, first, *_ = rows_of(tmp_path / "groups.csv")
+    wanted = ["cat", "60", "1", found.listed[0].name, *(repr(float(x)) for x in (shares.share[0, 0],
+              *shares.interval[0, 0]))]  # fmt: skip
+    assert dict(zip(heads, first, strict=True))["share_low"] == wanted[5]
+    assert first == wanted
+    assert len(rows_of(tmp_path / "groups.csv")) == 1 + 2 * len(found.listed)
+    heads, _, last = rows_of(tmp_path / "sensitivity.csv")
+    told = dict(zip(heads, last, strict=True))
+    assert (told["setting"], told["missing"], told["largest_share_change"]) == ("every 2nd observation", "1", "0.3")
+    assert "How sure are the settings" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    write_results(replace(posterior, demonstrations=replace(posterior.demonstrations, groups=())), tmp_path)
+    assert not {"groups.csv", "sensitivity.csv"} & {path.name for path in tmp_path.iterdir()}
+
+
+def test_given_subgoals_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
+    posterior, _, _ = example(2)
+    found = subgoals(posterior, merge_radius=100.0)
+    assert write_results(posterior, tmp_path, found=found).found is found
