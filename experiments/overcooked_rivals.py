@@ -24,7 +24,7 @@ ITERATIONS = 100
 
 def kernel_points(side: Side, setting: Headline) -> list[Floats]:
     """``ruptures.KernelCPD`` on each game: a change point is the last row before the change."""
-    import ruptures  # type: ignore[import-untyped]
+    import ruptures
 
     found = []
     for rows in side.games:
@@ -59,7 +59,7 @@ def hidden_markov_points(side: Side, setting: Headline, starts: int, seed: int) 
 @cache
 def change_probability(side: Side, states: int, starts: int, seed: int) -> Floats:
     """(N,) P(z_t ≠ z_{t+1} | game), 0 at the last row of a game, of the start with the best fit."""
-    from hmmlearn.hmm import CategoricalHMM  # type: ignore[import-untyped]
+    from hmmlearn.hmm import CategoricalHMM
 
     logging.getLogger("hmmlearn").setLevel(logging.ERROR)
     symbol = side.states * len(ACTIONS) + side.actions

@@ -10,10 +10,10 @@ from scipy.special import logsumexp
 
 import subgoal
 from subgoal.answers.filtering import filtering
-from subgoal.answers.held_out import held_out_table
 from subgoal.answers.online import OnlineFilter
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood import planned_actions
+from subgoal.likelihood.again import same_likelihood
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.models import Beta, Gamma, Grouped, NoiseLevels, OwnConfidence, Persistent, StickyHMM
 from subgoal.posterior.laws import draw_laws
@@ -107,7 +107,7 @@ def test_slowness_and_speed_are_those_of_the_posterior() -> None:
     for each in (held, fast):
         distance = np.linalg.norm(each.actions - 0.1 * (GOALS - each.states), axis=1) / pace
         log_z = np.log(2 * np.pi) + 2 * np.log(pace / 3.0)
-        np.testing.assert_allclose(held_out_table(posterior, each).dense[0], -3.0 * distance - log_z, rtol=1e-12)
+        np.testing.assert_allclose(same_likelihood(likelihood, each).dense[0], -3.0 * distance - log_z, rtol=1e-12)
         wanted = logsumexp(-3.0 * distance - log_z + np.log(weights))
         assert filtering(posterior, each, draws=1).log_predictive[0] == pytest.approx(wanted, abs=1e-12)
 

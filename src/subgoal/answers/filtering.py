@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from subgoal._kernels.filters import add_weighted
-from subgoal.answers.held_out import held_out_table
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.again import same_likelihood
 from subgoal.posterior.laws import draw_laws, run
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Bools, Floats, Ints, whole
@@ -48,7 +48,7 @@ def filtering(posterior: Posterior, demonstrations: Demonstrations, *, draws: in
 
     Raises ``InputError`` for groups, for a posterior without its likelihood, and for demonstrations that do not fit.
     """
-    table = held_out_table(posterior, demonstrations)
+    table = same_likelihood(posterior.known_likelihood, demonstrations)
     laws = draw_laws(posterior, some_draws(posterior, draws), seed)
     first = np.zeros(table.n_observations, bool)
     first[table.offset[:-1]] = True

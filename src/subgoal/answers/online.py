@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from subgoal.answers.filtering import DRAWS, averaged, some_draws
-from subgoal.answers.held_out import Steps
+from subgoal.likelihood.again import Steps
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior.laws import Laws, Rows, draw_laws
 from subgoal.posterior.posterior import Posterior
@@ -40,7 +40,7 @@ class OnlineFilter:
         Raises ``InputError`` for groups, for a posterior without its likelihood and for a table of given numbers, and
         ``BudgetError`` where the action values of all states of a discrete world would need more than 4 GiB.
         """
-        steps = Steps(posterior)
+        steps = Steps(posterior.known_likelihood)
         return cls(draw_laws(posterior, some_draws(posterior, draws), seed), steps, posterior.candidates.n_candidates)
 
     def restart(self) -> None:

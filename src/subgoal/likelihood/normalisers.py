@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ def log_direction_normalisers(confidence: Floats, dimension: int) -> Floats:
     return np.array([log_direction_normaliser(alpha, dimension) for alpha in different.tolist()])[where]
 
 
+@lru_cache(maxsize=2**16)
 def log_direction_normaliser(confidence: float, dimension: int) -> float:
     """log ∫ exp(−α‖u − û‖) du over the unit sphere, for any û.
 

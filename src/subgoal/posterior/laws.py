@@ -124,8 +124,7 @@ def draw_laws(posterior: Posterior, rows: Ints, seed: int) -> Laws:
     The law of row r hangs on ``seed`` and r alone. Raises ``InputError`` for groups, for a posterior without its
     likelihood, and for ``StickyHMM`` without assignments.
     """
-    if posterior.likelihood is None:
-        raise InputError("posterior", found="no likelihood", wanted="one with it", hint="load(path, mdp=mdp)")
+    posterior.known_likelihood  # noqa: B018  (needed by all of them)
     streams = [stream(seed, STREAM, row) for row in rows.tolist()]
     if "stickiness" in posterior.parameters:
         return _transitions(posterior, rows, streams)
@@ -218,9 +217,7 @@ def _columns(posterior: Posterior) -> int:
 
 
 def _prior(posterior: Posterior) -> Floats:
-    if posterior.likelihood is None:
-        raise InputError("posterior", found="no likelihood", wanted="one with it")
-    return np.exp(posterior.likelihood.log_prior)
+    return np.exp(posterior.known_likelihood.log_prior)
 
 
 def _redraws(posterior: Posterior) -> CountDraws:

@@ -15,6 +15,7 @@ from subgoal.likelihood.source import Levels
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior.diagnostics import Diagnostic, Status
 from subgoal.runtime.checks import Floats, Ints
+from subgoal.runtime.errors import InputError
 
 EXCHANGEABLE = "exchangeable"
 
@@ -157,6 +158,13 @@ class Posterior:
     def n_draws(self) -> int:
         """Kept draws per chain."""
         return int(self.log_joint.shape[1])
+
+    @property
+    def known_likelihood(self) -> LogLikelihood:
+        """``likelihood``; raises ``InputError`` where it is lost."""
+        if self.likelihood is None:
+            raise InputError("posterior", found="no likelihood", wanted="one with it", hint="load(path, mdp=mdp)")
+        return self.likelihood
 
     @property
     def expected_shares(self) -> Floats:

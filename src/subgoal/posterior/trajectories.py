@@ -15,7 +15,6 @@ from subgoal.partition.learning import Noise
 from subgoal.posterior.laws import draw_laws, run
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats, Ints
-from subgoal.runtime.errors import InputError
 
 TOGETHER = 64
 """Draws that are filtered at a time where all have the same noise."""
@@ -51,9 +50,7 @@ def is_weighted(posterior: Posterior) -> bool:
 
 def _tables(posterior: Posterior, rows: Ints, weighted: bool) -> Iterator[tuple[slice, LogLikelihood]]:
     """Blocks of draws, each with the table at its noise."""
-    likelihood = posterior.likelihood
-    if likelihood is None:
-        raise InputError("posterior", found="no likelihood", wanted="one with it", hint="load(path, mdp=mdp)")
+    likelihood = posterior.known_likelihood
     if not weighted:
         likelihood = replace(likelihood, weight=None)
     noise = _noise(posterior, likelihood)
