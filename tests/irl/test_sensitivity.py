@@ -289,8 +289,8 @@ def test_what_is_said_when_all_stays() -> None:
         row("B", "rate", moved=(0.5, 0), change=(0.03, 0.0)),
     )
     assert table.verdict == (
-        "Under 2 other settings the number of subgoals stays 2, and 5 by chance in a mere repetition. Places move by at "
-        "most 1.25 m, shares by at most 7.0 percentage points (A; 4.0 points are chance)."
+        "Under 2 other settings the number of subgoals stays 2, and 5 by chance in a mere repetition. Places move by "
+        "at most 1.25 m, shares by at most 7.0 percentage points (A; 4.0 points are chance)."
     )
     assert [each.setting for each in table.reruns] == ["A", "B"]
 
@@ -307,6 +307,8 @@ def test_what_is_said_when_it_does_not() -> None:
     )
     assert [each.lost for each in table.rows] == [0, 1, 2]
     assert table_of().verdict == "No other setting was tried."
+    loose = replace(table, rows=(replace(table.rows[0], rhat=np.inf), *table.rows[1:]))
+    assert loose.verdict == table.verdict + " The posterior itself has not settled."
 
 
 def test_printed_table() -> None:
