@@ -10,6 +10,7 @@ TABLE, SOURCES, EVIDENCE, FILTERING = (
     "likelihood/table.py", "likelihood/sources.py", "answers/evidence.py", "answers/filtering.py"
 )  # fmt: skip
 CHAINS, ARCHIVE, ASSEMBLE = "posterior/chains.py", "posterior/archive.py", "posterior/assemble.py"
+LAWS = "posterior/laws.py"
 OF_PRIORS, OF_LEARNING = "partition/test_priors.py::test_", "partition/test_learning.py::test_"
 OF_ASSIGNED = "likelihood/test_assigned.py::test_"
 OF_NOISE, OF_EVIDENCE = "likelihood/test_noise.py::test_", "answers/test_evidence.py::test_"
@@ -77,11 +78,11 @@ LEARNING_BUGS = [
         OF_EVIDENCE + "levels_and_backgrounds_have_scores_too[0.8]"),
     Bug("draws count alike however they foretold", FILTERING, "before = after - log_total", "before = 0 * after",
         OF_FILTERING + "draws_that_foretold_better_count_for_more_within_a_trajectory"),
-    Bug("trajectories are foretold by those before", FILTERING, "after = so_far - before_trajectory", "after = so_far",
+    Bug("trajectories are foretold by those before", FILTERING, "log_total[:, r] if first[r] else so_far", "so_far",
         OF_FILTERING + "draws_that_foretold_better_count_for_more_within_a_trajectory"),
-    Bug("the background is never served", FILTERING, "counts[-1] = posterior.n_observations - counts.sum()", "pass",
+    Bug("the background is never served", LAWS, "counts[-1] = posterior.n_observations - counts.sum()", "pass",
         OF_FILTERING + "weights_are_drawn_given_the_counts_of_the_draw[0.3]"),
-    Bug("arrival makes no difference when filtering", FILTERING, "if self.keep_there != self.keep:", "if False:",
+    Bug("arrival makes no difference when filtering", LAWS, "bool((self.keep_there != self.keep).any())", "False",
         OF_FILTERING + "subgoals_that_persist_are_filtered_as_the_sum_over_paths[there1-0.3]"),
     Bug("parameters before the checkpoint are lost", CHAINS, "self._parameters = [found] if self._sizes else []",
         "self._parameters = []", OF_POSTERIOR + "a_run_broken_off_goes_on_as_if_it_had_not_been[33]"),
