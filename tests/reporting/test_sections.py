@@ -187,7 +187,7 @@ def test_learned_numbers_with_their_intervals() -> None:
     levels = made.parameters["noise levels"].reshape(-1, 2)
     unit = made.likelihood.source.unit
     for m, alpha in enumerate((0.25 * unit, 4.0 * unit)):
-        row = names.index(f"Share of actions with α = {alpha:g}")
+        row = names.index(f"Actions of α = {alpha:g}")
         low, high = 100 * np.quantile(levels[:, m], [0.05, 0.95])
         assert cells(html, "90 % of the draws")[row] == f"{low:.0f} – {high:.0f} %"
 
@@ -201,7 +201,7 @@ def test_a_level_is_told_as_the_angle_within_which_half_of_its_actions_are() -> 
     for alpha, told in zip((0.25 * unit, 4.0 * unit), said, strict=True):
         mass = np.cumsum(np.exp(-alpha * 2 * np.sin(phi / 2)))
         half = np.degrees(phi[np.searchsorted(mass, 0.5 * mass[-1])])
-        assert f"within {half:.0f}° " in told
+        assert f"within {half:.2g}° " in told
         assert ("all but free" in told) == (half > 60)
 
 

@@ -64,23 +64,24 @@ def _levels(posterior: Posterior) -> Iterator[tuple[str, ...]]:
     for m, alpha in enumerate(law.confidences.tolist()):
         low, high = np.quantile(flat[:, m], [0.05, 0.95])
         yield (
-            text(f"Share of actions with α = {alpha:g}"), short(float(flat[:, m].mean())),
+            text(f"Actions of α = {alpha:g}"), short(float(flat[:, m].mean())),
             f"{100 * low:.0f} – {100 * high:.0f} %", text(_spread(posterior, alpha)),
         )  # fmt: skip
 
 
 def _spread(posterior: Posterior, alpha: float) -> str:
-    """How far half of the actions of one confidence lie from what their subgoal asks for."""
+    """What the share of one confidence is, and how far half of such actions lie from what their subgoal asks for."""
     source: Any = None if posterior.likelihood is None else posterior.likelihood.source
     law = None if source is None else source.distance_law(alpha)
     if law is None:
-        return ""
+        return "share of the actions"
     grid = np.linspace(0, law.upper, 4001)
     half = float(np.interp(0.5, law.cdf(grid), grid))
     if source.kind != "directions":
-        return f"half of them within {half:.2g} of what the subgoal asks for"
+        return f"share of the actions; half of them are within {half:.2g} of what the subgoal asks for"
     angle = float(np.degrees(2 * np.arcsin(min(half / 2, 1.0))))
-    return f"half of them within {angle:.0f}° of the way to the subgoal" + (" (all but free)" if angle > 60 else "")
+    told = f"share of the actions; half of them are within {angle:.2g}° of the way to the subgoal"
+    return told + (" (all but free)" if angle > 60 else "")
 
 
 def counting_section(posterior: Posterior) -> str:
