@@ -7,6 +7,7 @@ from tests.planted.companion_bugs import COMPANION_BUGS
 from tests.planted.learning_bugs import LEARNING_BUGS
 from tests.planted.persistence_bugs import PERSISTENCE_BUGS
 from tests.planted.sampler_bugs import SAMPLER_BUGS
+from tests.planted.summary_bugs import SUMMARY_BUGS
 from tests.planted.temporal_bugs import STICKY_AND_GROUP_BUGS
 from tests.planted.world_bugs import WORLDS
 
@@ -131,5 +132,5 @@ FILES = [
 ]  # fmt: skip
 BUGS = [
     *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
-    *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS,
+    *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS,
 ]  # fmt: skip
