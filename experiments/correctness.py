@@ -110,20 +110,20 @@ def small(value: float) -> str:
 def picture(ranks: dict[str, Ints]) -> Figure:
     """Histograms of ranks over 16 bins, with the band that 99 % of the bins of a right sampler fall in."""
     figure = sheet(9, 5.6)
-    figure.suptitle("Rank of the truth among 127 posterior draws: flat, inside the grey, is right")
+    figure.suptitle("Rank of the truth among 127 posterior draws: flat for a right sampler")
     panels: Any = figure.subplots(len(ranks), len(SHOWN), sharex=True, squeeze=False)
     for row, (name, found) in zip(panels, ranks.items(), strict=True):
         low, high = (float(binom.ppf(level, len(found), 1 / BINS)) for level in (0.005, 0.995))
         for axis, (what, column) in zip(row, SHOWN.items(), strict=True):
             seen = np.bincount(found[:, column] * BINS // RANKS, minlength=BINS)
-            tint = PALETTE[1] if "literal" in name else PALETTE[0]
+            tint, told = (PALETTE[1], "as printed: wrong") if "literal" in name else (PALETTE[0], "right")
             axis.axhspan(low, high, color=GREY, alpha=0.35, lw=0)
             axis.bar(np.arange(BINS) * 8 + 3.5, seen, width=7.2, color=tint)
-            axis.set_title(f"{name}, {what}")
+            axis.set_title(f"{name} ({told}), {what}")
             axis.grid(axis="x", visible=False)
         row[0].set_ylabel("simulations")
     for axis in panels[-1]:
-        axis.set_xlabel("rank, 0 to 127")
+        axis.set_xlabel("rank, 0 to 127 (grey: 99 % of the bars of a right sampler)")
     return figure
 
 
