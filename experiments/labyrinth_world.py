@@ -76,6 +76,7 @@ def some_bouts(demos: Demonstrations, chosen: Sequence[int] | Ints) -> Demonstra
         final_states=demos.final_states[bouts],
         truncated=demos.truncated[bouts],
         trajectory_names=tuple(demos.trajectory_names[k] for k in bouts),
+        groups=tuple(demos.groups[k] for k in bouts) if demos.groups else (),
     )
 
 

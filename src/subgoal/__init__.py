@@ -56,6 +56,7 @@ _ROOMS = {
     "predictions": "answers.predictions",
     "scores": "answers.scores",
     "evidence": "answers.evidence",
+    "sensitivity": "irl.sensitivity",
     "options": "options",
     "checks": "checks",
 }

@@ -22,6 +22,9 @@ NAMES = (
     "Say how sure the partition is",
     "Know how far the best draw is from the best there is",
     "Compare two models on trajectories they have not seen",
+    "Set nothing by hand",
+    "Compare animals, drivers or days",
+    "See what hangs on the settings",
 )
 
 
@@ -33,7 +36,10 @@ def python_of(name: str) -> str:
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", NAMES)
-def test_python_runs_as_printed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_python_runs_as_printed(
+    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     states, actions = walkers(60)
     demos = subgoal.Demonstrations.from_arrays(states, actions, np.arange(0, 61, 10))
     likelihood = subgoal.action_comparison(demos, subgoal.epsilon_net(demos), confidence=3)

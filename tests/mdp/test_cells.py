@@ -143,6 +143,14 @@ def test_pieces_are_named_and_truncated() -> None:
     assert demos.source.notes == {"samples in walls dropped": 4, "trajectories cut": 1}
 
 
+def test_pieces_keep_the_group_of_their_trajectory() -> None:
+    gone = along((0.5, 0.5), (0.5, 2.5), (9, 9), (2.5, 2.5), (2.5, 0.5))
+    data = recording({"a": along((0.5, 0.5), (0.5, 2.5)), "b": gone}, groups=("ant", "bee"))
+    _, demos = to_cells(data, OPEN, discount=0.9, outside="drop")
+    assert demos.groups == ("ant", "bee", "bee")
+    assert to_cells(recording({"a": gone}), OPEN, discount=0.9, outside="drop")[1].groups == ()
+
+
 def test_no_way_between_two_samples() -> None:
     room = Occupancy.from_map(read_map("...#...\n"))
     data = recording({"a": along((0.5, 0.5), (2.5, 0.5), (4.5, 0.5), (5.5, 0.5))})

@@ -13,6 +13,9 @@ from subgoal.partition.priors import Gamma
 from subgoal.partition.protocol import Sampler
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import ConvergenceWarning, sample
+from subgoal.runtime.errors import StoppedError
+from subgoal.runtime.interrupt import Interrupt
+from subgoal.runtime.progress import Noted, Progress, Silent
 
 ROUNDS = 8
 CLOSE = 0.1
@@ -54,17 +57,27 @@ def learn(
 
     Raises
     ------
-    What ``sample`` raises; ``InputError`` for a plain table, whose noise is not known.
+    What ``sample`` raises, ``StoppedError`` also for Ctrl-C in a preliminary run; ``InputError`` for a plain table, whose noise is not known.
     """
     learned: dict[str, Any] = {"model": model, "concentration": concentration, "confidence": confidence}
+    common: dict[str, Any] = {**learned, "seed": seed, "workers": workers}
+    if likelihood.weight is None:
+        likelihood = likelihood.weighted(_worth(likelihood, common, sampling.get("progress") or Silent()))
+    return sample(likelihood, **common, draws=draws, warmup=warmup, thin=thin, **sampling)
+
+
+def _worth(likelihood: LogLikelihood, common: dict[str, Any], display: Progress) -> float:
+    """The weight of an observation that agrees with the errors it leaves, found in short runs."""
     weight = 1.0
-    for _ in range(ROUNDS if likelihood.weight is None else 0):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)
-            trial = sample(likelihood.weighted(weight), **learned, seed=seed, workers=workers, **PRELIMINARY)
-        before, weight = weight, evidence(trial).weight
-        if abs(weight - before) <= CLOSE * before:
-            break
-    weighted = likelihood if likelihood.weight is not None else likelihood.weighted(weight)
-    length: dict[str, Any] = {"draws": draws, "warmup": warmup, "thin": thin}
-    return sample(weighted, **learned, **length, seed=seed, workers=workers, **sampling)
+    with Interrupt() as interrupt:
+        for round_ in range(1, ROUNDS + 1):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ConvergenceWarning)
+                noted = Noted(display, f"what an observation is worth, round {round_}")
+                trial = sample(likelihood.weighted(weight), **common, **PRELIMINARY, progress=noted)
+            if interrupt.requested:
+                raise StoppedError("stopped while it was found what an observation is worth: there are no draws yet")
+            before, weight = weight, evidence(trial).weight
+            if abs(weight - before) <= CLOSE * before:
+                break
+    return weight

@@ -9,7 +9,10 @@ from typing import Any
 
 
 class Interrupt:
-    """While entered, the first Ctrl-C sets ``requested``; the second one interrupts at once, as usual."""
+    """While entered, the first Ctrl-C sets ``requested``; the second one interrupts at once, as usual.
+
+    One within another passes the request on: whoever called learns of it too.
+    """
 
     def __init__(self) -> None:
         self.requested = False
@@ -28,3 +31,6 @@ class Interrupt:
         if self.requested:
             raise KeyboardInterrupt
         self.requested = True
+        outer = getattr(self._usual, "__self__", None)
+        if isinstance(outer, Interrupt) and not outer.requested:
+            outer._handle(number, frame)

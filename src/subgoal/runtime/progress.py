@@ -36,6 +36,24 @@ class Silent:
         """Nothing."""
 
 
+class Noted:
+    """Another display, with a note on every update: which part of a longer piece of work this is."""
+
+    def __init__(self, display: Progress, note: str) -> None:
+        self._display, self._note = display, note
+
+    def __enter__(self) -> Noted:
+        self._display.__enter__()
+        return self
+
+    def __exit__(self, *failure: Any) -> None:
+        self._display.__exit__(*failure)
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        """With the note before any other."""
+        self._display.update(done, total, f"{self._note} {note}".rstrip())
+
+
 class Lines:
     """A plain line every ten seconds, for logs."""
 
@@ -44,6 +62,7 @@ class Lines:
         self._first: int | None = None
 
     def __enter__(self) -> Lines:
+        self._begin, self._first = time.monotonic(), None
         return self
 
     def __exit__(self, *failure: Any) -> None:
@@ -78,6 +97,7 @@ class Bar:
         self._first: int | None = None
 
     def __enter__(self) -> Bar:
+        self._begin, self._first = time.monotonic(), None
         self._display.start()
         return self
 

@@ -202,5 +202,5 @@ def _demonstrations(
         truncated=(data.truncated[parent] | (pairs.last != finish[ends]))[full],
         names=data.names, units=data.units, time_unit=data.time_unit, source=source,
         trajectory_names=tuple(name for name, some in zip(names, full, strict=True) if some),
-        coordinates=world.coordinates,
+        coordinates=world.coordinates, groups=tuple(data.groups[p] for p in parent[full]) if data.groups else (),
     )  # fmt: skip

@@ -1,0 +1,44 @@
+"""``learn`` on its way to the weight: it shows what it does, and stops when it is asked."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+
+from subgoal.irl.learn import learn
+from subgoal.runtime.errors import StoppedError
+from subgoal.runtime.progress import Silent
+from tests.posterior.worlds import corner_likelihood
+
+
+class Heard(Silent):
+    """Remembers the notes, and presses Ctrl-C at one of them."""
+
+    def __init__(self, pressed: str = "never") -> None:
+        self.notes: list[str] = []
+        self._pressed = pressed
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        self.notes.append(note)
+        if self._pressed in note:
+            self._pressed = "never"
+            signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_ctrl_c_while_the_weight_is_found_stops_all() -> None:
+    heard = Heard("round 1")
+    with pytest.raises(StoppedError, match="worth|warm-up"):
+        learn(corner_likelihood(), draws=20, warmup=10, thin=1, workers=1, progress=heard)
+    assert {note for note in heard.notes if note} == {"what an observation is worth, round 1"}
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_every_round_is_shown_and_then_the_run() -> None:
+    heard = Heard()
+    learn(corner_likelihood(), draws=20, warmup=10, thin=1, workers=1, progress=heard)
+    assert heard.notes[0] == "what an observation is worth, round 1"
+    assert heard.notes[-1] == ""
+    told = [note for note in dict.fromkeys(heard.notes) if note]
+    assert told == [f"what an observation is worth, round {k}" for k in range(1, len(told) + 1)]
