@@ -29,7 +29,7 @@ class Heard(Silent):
 @pytest.mark.filterwarnings("ignore")
 def test_ctrl_c_while_the_weight_is_found_stops_all() -> None:
     heard = Heard("round 1")
-    with pytest.raises(StoppedError, match="worth|warm-up"):
+    with pytest.raises(StoppedError, match=r"worth|warm-up"):
         learn(corner_likelihood(), draws=20, warmup=10, thin=1, workers=1, progress=heard)
     assert {note for note in heard.notes if note} == {"what an observation is worth, round 1"}
 

@@ -57,7 +57,8 @@ def learn(
 
     Raises
     ------
-    What ``sample`` raises, ``StoppedError`` also for Ctrl-C in a preliminary run; ``InputError`` for a plain table, whose noise is not known.
+    What ``sample`` raises; ``StoppedError`` also for Ctrl-C in a preliminary run; ``InputError`` for a plain table,
+    whose noise is not known.
     """
     learned: dict[str, Any] = {"model": model, "concentration": concentration, "confidence": confidence}
     common: dict[str, Any] = {**learned, "seed": seed, "workers": workers}
