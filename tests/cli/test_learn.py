@@ -227,7 +227,7 @@ def test_what_is_given_beside_learn_all_stays_as_it_is(subgoal, corner: Path, tm
     words = ("--learn-all", "-a", "5", "-e", "0.5", "--epsilon", "2", "--draws", "3", "--warmup", "0", "-q")
     assert subgoal("learn", corner, *words, "--out", out).code == 0
     settings = json.loads((out / "summary.json").read_text())["settings"]
-    assert (settings["confidence"], settings["concentration"], settings["thin"]) == (5.0, 0.5, 3)
+    assert (settings["confidence"], settings["concentration"], settings["thin"]) == (5.0, 0.5, 5)
     assert settings["model"].startswith("Persistent")
     assert set(library.load(out / "posterior.npz").parameters) == {"persistence"}
 

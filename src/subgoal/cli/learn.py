@@ -74,7 +74,7 @@ def learn(
         int | None, typer.Option(help="Sweeps before; default 1000, or 500 with --learn-all.", rich_help_panel=RUN)
     ] = None,
     thin: Annotated[
-        int | None, typer.Option(help="Sweeps per kept draw; default 10, or 3 with --learn-all.", rich_help_panel=RUN)
+        int | None, typer.Option(help="Sweeps per kept draw; default 10, or 5 with --learn-all.", rich_help_panel=RUN)
     ] = None,
     seed: Annotated[int, typer.Option("--seed", "-s", rich_help_panel=RUN)] = 0,
     workers: Annotated[int | None, typer.Option(help="Chains at once.", rich_help_panel=RUN)] = None,

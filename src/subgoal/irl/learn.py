@@ -34,7 +34,7 @@ def learn(
     confidence: NoiseSpec | None = LEVELS,
     draws: int = 1000,
     warmup: int = 500,
-    thin: int = 3,
+    thin: int = 5,
     seed: int = 0,
     workers: int | None = None,
     **sampling: Any,
