@@ -84,7 +84,7 @@ def test_the_filter_gives_the_evidence() -> None:
     assert np.abs(out.sum(axis=1) - 1).max() <= 1e-12
 
 
-@pytest.mark.parametrize("keeps", [(0.6, 0.6), (0.8, 0.3)])
+@pytest.mark.parametrize("keeps", [pytest.param((0.6, 0.6), marks=pytest.mark.t2), (0.8, 0.3)])
 @pytest.mark.parametrize("together", [False, True])
 def test_moves_of_runs_leave_the_posterior_invariant(keeps, together: bool, monkeypatch) -> None:
     """Given where redraws fall; with runs moved one by one and with runs only moved together."""
