@@ -43,8 +43,8 @@ ROUNDS = 12
 LARGEST_RHAT = 1.05
 MOST_KEPT = 2**24
 """Numbers of assignments that are held at a time."""
-LARGE, QUICK_LARGE, LARGE_PATIENCE = 100_000, 5_000, 8.0
-CONCENTRATION = 1.0
+LARGE, QUICK_LARGE, LARGE_PATIENCE = 100_000, 5_000, 4.0
+CONCENTRATION, PLANE_CONFIDENCE = 1.0, 30.0
 SUMMARIES = ("log joint", "K", "share 1", "share 2", "share 3")
 
 
@@ -117,8 +117,11 @@ def cases_of(options: Options) -> tuple[list[Case], list[str]]:
 
 
 def plane(count: int, seed: int) -> LogLikelihood:
-    """``count`` walkers, uniform in a square, heading for 8 of 10 × 10 places with errors of the model's own law."""
-    generator, confidence = stream(seed, 55), grid_worlds.CONFIDENCE
+    """``count`` walkers, uniform in a square, heading for 8 of 10 × 10 places with errors of the model's own law.
+
+    With 100,000 walkers and a confidence of 3 no sampler mixed in 8 seconds, with 10 only ``collapsed`` in 64.
+    """
+    generator, confidence = stream(seed, 55), PLANE_CONFIDENCE
     axis = np.arange(5.0, 100.0, 10.0)
     points = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
     goals = generator.choice(len(points), 8, replace=False)
