@@ -20,9 +20,10 @@ def python_form(module: ModuleType, chooser: Chooser) -> Iterator[ModuleType]:
     Every draw is made by ``chooser``.
     """
     kept = [(each, name, loop) for each in with_called(module) for name, loop in loops_in(each)]
+    draws = {"choose": chooser, "choose_of": lambda weights, count, _, generator: chooser(weights, count, generator)}
     try:
         for each, name, loop in kept:
-            setattr(each, name, chooser if name == "choose" else plain(loop))
+            setattr(each, name, draws.get(name, plain(loop)))
         yield module
     finally:
         for each, name, loop in kept:

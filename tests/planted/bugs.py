@@ -24,7 +24,7 @@ RESUME, STORAGE, DRAWS = "robustness/test_resume.py", "robustness/test_storage.p
 LAW = "posterior/test_posterior_law.py::test_what_a_posterior_says_of_itself_agrees"
 
 SAMPLERS = [
-    Bug("likelihood to the power 0.95 in site moves", BLOCKS, "counts[active[j]] * relative[r, active[j]]",
+    Bug("likelihood to the power 0.95 in site moves", BLOCKS, "counts[active[j]] * row[active[j]]",
         "counts[active[j]] * relative[r, active[j]] ** 0.95", SITES),
     Bug("likelihood to the power 0.95 in block moves", BLOCKS, "below = sums[t, g] + log_prior[g] - peak",
         "below = 0.95 * sums[t, g] + log_prior[g] - peak", MOVES),
@@ -32,9 +32,9 @@ SAMPLERS = [
         "work[j] = (counts[active[j]] + (active[j] == old)) *", SITES),
     Bug("prior forgotten in block moves", BLOCKS, "below = sums[t, g] + log_prior[g] - peak",
         "below = sums[t, g] - peak", MOVES),
-    Bug("concentration dropped in a birth", BLOCKS, "work[k] = concentration", "work[k] = 1.0",
+    Bug("concentration dropped in a birth", BLOCKS, "total = concentration", "total = 1.0",
         GEWEKE + "[collapsed_blocks]"),
-    Bug("prior forgotten in a birth", BLOCKS, "work[g] = prior[g] * relative[r, g]", "work[g] = relative[r, g]", SITES),
+    Bug("prior forgotten in a birth", BLOCKS, "work[g] = prior[g] * row[g]", "work[g] = row[g]", SITES),
     Bug("seat mass without the prior", BLOCKS, "sizes, concentration * prior[g], work", "sizes, concentration, work",
         MOVES),
     Bug("seats not weighed by table size", SEATING, "work[count] = sizes[table]", "work[count] = 1.0", MOVES),

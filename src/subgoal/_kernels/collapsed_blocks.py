@@ -15,7 +15,7 @@ from numba import njit
 
 from subgoal._kernels.alg4 import add_assigned
 from subgoal._kernels.counts import log_assignment_prior, recount
-from subgoal._kernels.draws import choose
+from subgoal._kernels.draws import choose, choose_of
 from subgoal._kernels.seating import choose_table
 
 BLOCKS_IN = 0.25
@@ -58,15 +58,18 @@ def redraw_rows(start, relative, theta, counts, active, place, k, concentration,
             active[hole] = last
             place[last] = hole
             place[old] = -1
+        row = relative[r]
+        total = concentration
         for j in range(k):
-            work[j] = counts[active[j]] * relative[r, active[j]]
+            work[j] = counts[active[j]] * row[active[j]]
+            total += work[j]
         work[k] = concentration
-        pick = choose(work, k + 1, generator)
+        pick = choose_of(work, k + 1, total, generator)
         if pick < k:
             new = active[pick]
         else:
             for g in range(prior.size):
-                work[g] = prior[g] * relative[r, g]
+                work[g] = prior[g] * row[g]
             new = choose(work, prior.size, generator)
             if counts[new] == 0:
                 active[k] = new

@@ -1,4 +1,4 @@
-"""The one primitive through which every sampler move, and every step of a walk, draws."""
+"""The primitive through which every sampler move, and every step of a walk, draws; and its form for a known total."""
 
 from __future__ import annotations
 
@@ -21,6 +21,20 @@ def choose(weights, count, generator):
     for k in range(whole, count):
         a += weights[k]
     target = generator.random() * ((a + b) + (c + d))
+    last = 0
+    for k in range(count):
+        if weights[k] > 0.0:
+            target -= weights[k]
+            last = k
+            if target < 0.0:
+                break
+    return last
+
+
+@njit(cache=True, nogil=True)
+def choose_of(weights, count, total, generator):
+    """The same for weights that sum to ``total`` (to rounding), which whoever wrote them has added up."""
+    target = generator.random() * total
     last = 0
     for k in range(count):
         if weights[k] > 0.0:
