@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from subgoal.partition.protocol import Chain
 from tests.oracles.tables import PRIOR, TABLES
 
 FLAT = np.zeros((4, 3))
@@ -51,3 +52,22 @@ def worst_gap(got: np.ndarray, wanted: np.ndarray) -> float:
         for x, y in ((a, b), ((a - b.mean()) ** 2, (b - b.mean()) ** 2)):
             gaps.append(abs(x.mean() - y.mean()) / np.sqrt(x.var() / x.size + y.var() / y.size + 1e-300))
     return float(max(gaps))
+
+
+def assert_cuts_change_nothing(model, eta: float, starts: tuple[int, ...]):
+    """Nine sweeps are four and five; blocks and tiles give the same draws; inputs stay. Returns the nine."""
+    dense, keep = TABLES["generic"], np.arange(9) % 2 == 0
+    whole = model(Chain(with_trajectories(dense, starts), eta, np.random.default_rng(3)), keep)
+    generator = np.random.default_rng(3)
+    table = with_trajectories(dense, starts, edges=(1, 2), tiled=True)
+    start = model(Chain(table, eta, generator), keep[:4])
+    before = {name: value.copy() for name, value in start.state.items()}
+    rest = model(Chain(table, eta, generator, start.state), keep[4:])
+    for name, value in whole.state.items():
+        assert np.array_equal(value, rest.state[name])
+        assert np.array_equal(before[name], start.state[name])
+    for trace in ("assignments", "log_joint"):
+        assert np.array_equal(getattr(whole, trace), np.concatenate([getattr(start, trace), getattr(rest, trace)]))
+    for name, values in whole.parameters.items():
+        assert np.array_equal(values, np.concatenate([start.parameters[name], rest.parameters[name]]))
+    return whole

@@ -21,7 +21,7 @@ from subgoal.partition.priors import Gamma
 from subgoal.partition.protocol import Chain
 from subgoal.runtime.errors import InputError
 from tests.exact.replay import matrix, outcomes
-from tests.exact.shared_tables import ALL, distance_ratio, with_trajectories
+from tests.exact.shared_tables import ALL, assert_cuts_change_nothing, distance_ratio, with_trajectories
 from tests.oracles.hdp import chain_rule, group_rows, probability
 from tests.oracles.partitions import blocks, set_partitions, urn_probability
 from tests.oracles.tables import PRIOR, TABLES
@@ -203,21 +203,7 @@ def test_the_log_joint_is_that_of_all_that_is_drawn() -> None:
 
 
 def test_cutting_a_run_and_its_tiles_changes_nothing() -> None:
-    """Nine sweeps are four and five; blocks and tiles give the same draws; inputs stay as they were."""
-    dense, model, keep = TABLES["generic"], Grouped(np.array(GROUPS)), np.arange(9) % 2 == 0
-    whole = model(Chain(with_trajectories(dense, STARTS), ETA, np.random.default_rng(3)), keep)
-    generator = np.random.default_rng(3)
-    table = with_trajectories(dense, STARTS, edges=(1, 2), tiled=True)
-    start = model(Chain(table, ETA, generator), keep[:4])
-    before = {name: value.copy() for name, value in start.state.items()}
-    rest = model(Chain(table, ETA, generator, start.state), keep[4:])
-    for name, value in whole.state.items():
-        assert np.array_equal(value, rest.state[name])
-        assert np.array_equal(before[name], start.state[name])
-    assert np.array_equal(whole.assignments, np.concatenate([start.assignments, rest.assignments]))
-    assert np.array_equal(whole.log_joint, np.concatenate([start.log_joint, rest.log_joint]))
-    for name, values in whole.parameters.items():
-        assert np.array_equal(values, np.concatenate([start.parameters[name], rest.parameters[name]]))
+    assert_cuts_change_nothing(Grouped(np.array(GROUPS)), ETA, STARTS)
 
 
 def test_counts_of_groups_go_with_the_draws(monkeypatch) -> None:

@@ -8,31 +8,15 @@ import numpy as np
 import pytest
 
 from subgoal.partition.priors import Gamma
-from subgoal.partition.protocol import Chain
 from subgoal.partition.sticky_hmm import StickyHMM
 from subgoal.runtime.errors import InputError
-from tests.exact.shared_tables import ALL, distance_ratio, with_trajectories
+from tests.exact.shared_tables import ALL, assert_cuts_change_nothing, distance_ratio, with_trajectories
 from tests.exact.test_transition_sticky_hmm import GAMMA, STARTS, path_law, run
 from tests.oracles.tables import PRIOR, TABLES
 
 
 def test_cutting_a_run_and_its_tiles_changes_nothing() -> None:
-    """Nine sweeps are four and five; blocks and tiles give the same draws; inputs stay as they were."""
-    dense = TABLES["generic"]
-    model, keep = StickyHMM(Gamma(2.0, 1.0)), np.arange(9) % 2 == 0
-    whole = model(Chain(with_trajectories(dense, STARTS), GAMMA, np.random.default_rng(3)), keep)
-    generator = np.random.default_rng(3)
-    table = with_trajectories(dense, STARTS, edges=(1, 2), tiled=True)
-    start = model(Chain(table, GAMMA, generator), keep[:4])
-    before = {name: value.copy() for name, value in start.state.items()}
-    rest = model(Chain(table, GAMMA, generator, start.state), keep[4:])
-    for name, value in whole.state.items():
-        assert np.array_equal(value, rest.state[name])
-        assert np.array_equal(before[name], start.state[name])
-    assert np.array_equal(whole.assignments, np.concatenate([start.assignments, rest.assignments]))
-    assert np.array_equal(whole.log_joint, np.concatenate([start.log_joint, rest.log_joint]))
-    for name, values in whole.parameters.items():
-        assert np.array_equal(values, np.concatenate([start.parameters[name], rest.parameters[name]]))
+    whole = assert_cuts_change_nothing(StickyHMM(Gamma(2.0, 1.0)), GAMMA, STARTS)
     assert whole.redraws.shape == (5, 3)
 
 

@@ -6,6 +6,19 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True)
+def at_target(weights, count, target):
+    """First index at which the running sum is above ``target``, passing over weights of zero."""
+    last = 0
+    for k in range(count):
+        if weights[k] > 0.0:
+            target -= weights[k]
+            last = k
+            if target < 0.0:
+                break
+    return last
+
+
+@njit(cache=True, nogil=True)
 def choose(weights, count, generator):
     """Index k < count with probability proportional to weights[k]; never one of weight zero.
 
@@ -20,26 +33,10 @@ def choose(weights, count, generator):
         d += weights[k + 3]
     for k in range(whole, count):
         a += weights[k]
-    target = generator.random() * ((a + b) + (c + d))
-    last = 0
-    for k in range(count):
-        if weights[k] > 0.0:
-            target -= weights[k]
-            last = k
-            if target < 0.0:
-                break
-    return last
+    return at_target(weights, count, generator.random() * ((a + b) + (c + d)))
 
 
 @njit(cache=True, nogil=True)
 def choose_of(weights, count, total, generator):
     """The same for weights that sum to ``total`` (to rounding), which whoever wrote them has added up."""
-    target = generator.random() * total
-    last = 0
-    for k in range(count):
-        if weights[k] > 0.0:
-            target -= weights[k]
-            last = k
-            if target < 0.0:
-                break
-    return last
+    return at_target(weights, count, generator.random() * total)
