@@ -90,6 +90,12 @@ def test_unordered_observations_have_no_rate() -> None:
     assert {v.kind for v in variations(used(table), reweigh=True)} == {"again", "concentration"}
 
 
+def test_rates_that_leave_no_trajectory_two_observations_are_left_out() -> None:
+    demos = Demonstrations.from_arrays(np.arange(7.0), np.ones(7), [0, 4, 7])
+    table = LogLikelihood.from_table(np.zeros((7, 2)), demonstrations=demos)
+    assert [v.every for v in variations(used(table), reweigh=True) if v.kind == "rate"] == [2]
+
+
 def test_every_other_observation_from_the_first_of_each_trajectory() -> None:
     demos = Demonstrations.from_arrays(np.arange(10.0), np.ones(10), [0, 5, 6, 10], times=np.arange(10.0))
     assert every_one_of(demos, 2).tolist() == [0, 2, 4, 5, 6, 8]

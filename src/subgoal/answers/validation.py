@@ -84,6 +84,10 @@ def cross_validate(
 ) -> CrossValidation:
     """Score every trajectory by a posterior of the trajectories in the other folds.
 
+    Where each step is a trajectory of its own, as for a table without ``offset``, folds are of single steps. That is
+    meant for steps that do not follow each other: the exchangeable model can be scored so, while neighbours of one
+    recording would foretell each other. Models of time refuse such demonstrations.
+
     Parameters
     ----------
     make:
@@ -127,6 +131,9 @@ def leave_one_out(posterior: Posterior, *, draws: int = LOO_DRAWS, seed: int = 0
     of transitions), persistence and noise of the draw. Where observations are weighted, that likelihood has the
     weights, as the posterior has, and the score has none, as in ``filtering``. What was made from all trajectories
     before sampling (candidates, weights of observations) is taken as given; ``cross_validate`` makes it anew.
+
+    Where each step is a trajectory of its own, single steps are left out: as in ``cross_validate``, that is meant for
+    steps that do not follow each other.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class Variation:
 
 
 def variations(used: AsSampled, *, reweigh: bool) -> list[Variation]:
-    """All of them, nothing changed first; other rates only where some trajectory has more than one observation."""
+    """All of them, nothing changed first; other rates only where some trajectory keeps two observations."""
     plain = Variation("the same again", AGAIN, used.likelihood, used.arguments)
     return [
         plain, *_concentrations(used, plain), *_confidences(used, plain), *_weights(used, plain),
@@ -82,7 +82,9 @@ def _rates(used: AsSampled, plain: Variation, reweigh: bool) -> Iterator[Variati
     scored = not isinstance(table.source, FixedTable)
     anew = reweigh and scored and weight is not None and float(np.ptp(weight)) == 0
     longest = int(np.diff(table.offset).max())
-    for every, setting in RATES if longest > 1 else ():
+    for every, setting in RATES:
+        if longest <= every:
+            break
         rows = every_one_of(used.likelihood.demonstrations, every)
         table = some_rows(used.likelihood, rows)
         table = table if weight is None or anew else table.weighted(weight[rows])

@@ -18,6 +18,7 @@ from subgoal.partition.protocol import (
     Stretch,
     Table,
     log_fit,
+    refuse_lone_steps,
     relative_rows,
     starting_assignment,
 )
@@ -61,6 +62,10 @@ class Persistent:
     @property
     def __name__(self) -> str:
         return "persistent" if self.keep_there is None else "persistent until arrival"
+
+    def refuse(self, offset: Ints) -> None:
+        """Raise ``InputError`` for demonstrations that say nothing of how long subgoals last."""
+        refuse_lone_steps(offset, "Persistent")
 
     def bytes_needed(self, n: int, g_count: int) -> float:
         """Of one chain: both tables of the runs."""

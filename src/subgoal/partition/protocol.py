@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from subgoal.runtime.checks import Bools, Floats, Ints
+from subgoal.runtime.errors import InputError
 
 Int32s = NDArray[np.int32]
 FIRST_TABLES = 64
@@ -159,6 +160,17 @@ def starting_assignment(table: Table, generator: np.random.Generator) -> Int32s:
             weight = np.exp(weight - weight.max())
             theta[start + row] = generator.choice(table.n_candidates, p=weight / weight.sum())
     return theta
+
+
+def refuse_lone_steps(offset: Ints, model: str) -> None:
+    """Raise ``InputError`` where no trajectory has two observations: nothing is known of what follows what."""
+    if (np.diff(offset) < 2).all():
+        raise InputError(
+            "demonstrations", found=f"one observation in each of {offset.size - 1} trajectories",
+            wanted=f"some trajectory with two, for {model} to learn from",
+            hint="trajectory= with the column that tells trajectories apart (offset, for arrays), or model=None, the "
+            "exchangeable model",
+        )  # fmt: skip
 
 
 def log_fit(table: Table, theta: Int32s) -> float:

@@ -11,7 +11,16 @@ from scipy.special import gammaln
 
 from subgoal._kernels import sticky_hmm as loops
 from subgoal.partition.priors import Beta, Gamma, log_weights, probability_of, slice_draw
-from subgoal.partition.protocol import Arrays, Chain, Recorder, Stretch, log_fit, relative_rows, starting_assignment
+from subgoal.partition.protocol import (
+    Arrays,
+    Chain,
+    Recorder,
+    Stretch,
+    log_fit,
+    refuse_lone_steps,
+    relative_rows,
+    starting_assignment,
+)
 from subgoal.partition.shared_weights import log_rows, log_shared, mass_of
 from subgoal.runtime.checks import Bools, Floats, Ints
 from subgoal.runtime.errors import InputError
@@ -54,6 +63,10 @@ class StickyHMM:
     @property
     def __name__(self) -> str:
         return "sticky hidden Markov model"
+
+    def refuse(self, offset: Ints) -> None:
+        """Raise ``InputError`` for demonstrations that say nothing of which subgoal follows which."""
+        refuse_lone_steps(offset, "StickyHMM")
 
     def bytes_needed(self, n: int, g_count: int) -> float:
         """Of one chain: counts, tables and rows of transitions among all candidates."""

@@ -19,10 +19,14 @@ def composed(
     likelihood: LogLikelihood, sampler: Sampler, model: Sampler | None, concentration: float | Gamma,
     confidence: NoiseSpec | None,
 ) -> tuple[Sampler, Noise | None]:  # fmt: skip
-    """The sampler that draws everything that is to be learned, and the noise that it learns."""
+    """The sampler that draws everything that is to be learned, and the noise that it learns.
+
+    A model whose ``refuse(offset)`` raises for the trajectories of the table is not run.
+    """
     for what, each in (("sampler", sampler), ("model", model)):
         if each is not None:
             name_of(each, what)
+            getattr(each, "refuse", lambda _: None)(likelihood.offset)
     if model is not None and sampler is not collapsed_blocks:
         raise InputError("sampler", found=name_of(sampler), wanted="none beside a model, which has its own")
     if confidence is not None and not hasattr(confidence, "of"):

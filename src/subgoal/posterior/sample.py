@@ -97,7 +97,8 @@ def sample(
     Raises
     ------
     InputError
-        A setting out of range, or an observation that no candidate allows.
+        A setting out of range, an observation that no candidate allows, or a model of time where no trajectory has
+        two observations.
     BudgetError
         The predicted memory is above the budget.
     StoppedError
