@@ -59,7 +59,9 @@ JUMP = "t,x,y\n0,0,0\n1,1,0\n2,2,0\n0.5,3,0\n1.5,4,0\n2.5,5,0\n2.5,6,0\n"
 
 
 def test_a_clock_that_jumps_is_refused_with_its_row_and_advice(table):
-    with pytest.raises(ReadError, match=r"row 3 \(1 such place\): found 0\.5 after 2.*clock='sort'.*trajectory="):
+    with pytest.raises(
+        ReadError, match=r"data row 4, counted from 1 \(1 such place\): found 0\.5 after 2.*clock='sort'.*trajectory="
+    ):
         table(JUMP)
 
 
@@ -180,18 +182,22 @@ def test_options_reach_both_steps_of_read(tmp_path):
         ("t,a,b\n0,1,2\n", {}, r"columns 't', 'a', 'b', wanted columns x and y.*position=\['a', 'b'\]"),
         ("x,y\n1,2\n", {"time": "clock"}, "column 'clock': found columns 'x', 'y'"),
         ("x,y,x\n1,2,3\n", {}, "column 'x': found 2 columns of that name"),
-        ("x,y\n1,2\n1,two\n", {}, "column 'y', row 1: found 'two', wanted a number"),
-        ("t;x;y\n0;1;2.5\n1;1;3,5\n", {}, r"row 1: found '3,5'.*decimal=','"),
-        ("x,y\n1,2\n1,1e400\n", {}, "column 'y', row 1: found inf, wanted a finite number"),
-        ("x,y\n1,2\n1," + "9" * 400 + "\n", {}, "column 'y', row 1: found inf"),
+        ("x,y\n1,2\n1,two\n", {}, "column 'y', data row 2, counted from 1: found 'two', wanted a number"),
+        ("t;x;y\n0;1;2.5\n1;1;3,5\n", {}, r"data row 2, counted from 1: found '3,5'.*decimal=','"),
+        ("x,y\n1,2\n1,1e400\n", {}, "column 'y', data row 2, counted from 1: found inf, wanted a finite number"),
+        ("x,y\n1,2\n1," + "9" * 400 + "\n", {}, "column 'y', data row 2, counted from 1: found inf"),
         ("x,y\n1,2\n1,2,3\n", {}, "as many cells"),
         ("x,y\n1,2,3\n1,2,3\n", {}, "as many cells"),
         ('x,y\n1,2\n"1,2\n', {}, "EOF inside string"),
         ("x,y\n1,2\n\0\n", {}, "byte 8: found a zero byte"),
-        ("x,y\n", {}, "no complete row"),
-        ("x,y\n,\n", {}, "no complete row.*'rows without a position dropped': 1"),
+        ("x,y\n", {}, "found no row of data, wanted"),
+        ("x,y\n,\n", {}, r"no complete row \(1 rows without a position dropped\)"),
         ("# only\n# comments\n", {}, "no line that is not"),
-        ("t,x,y\nmorning,1,2\n", {}, "column 't', row 0: found 'morning', wanted a number, or a timestamp"),
+        (
+            "t,x,y\nmorning,1,2\n",
+            {},
+            "column 't', data row 1, counted from 1: found 'morning', wanted a number, or a timestamp",
+        ),
         ("x,y\n1,2\n", {"clock": "mend"}, "clock"),
         ("x,y\n1,2\n", {"scale": 0}, "scale"),
         ("x,y\n1,2\n", {"scale": float("nan")}, "scale"),
@@ -201,7 +207,7 @@ def test_options_reach_both_steps_of_read(tmp_path):
         ("x,y\n1,2\n", {"time": 1.5}, "time"),
         ("x,y\n1,2\n", {"separator": "::"}, "separator"),
         ("x,y\n1,2\n", {"decimal": "·"}, "decimal"),
-        ("x,y\n1,2\n", {"colour": "red"}, "found colour, wanted options of read_csv: action, clock"),
+        ("x,y\n1,2\n", {"colour": "red"}, "found colour=, wanted those of 'csv' files: action=, clock="),
         ("x,y\n1e308,2\n", {"scale": 100.0}, "positions at index"),
     ],
 )
@@ -211,7 +217,7 @@ def test_bad_tables_are_refused_by_name_and_place(table, text, options, message)
 
 
 def test_rows_of_a_message_count_from_the_file_even_after_drops(table):
-    with pytest.raises(ReadError, match=r"times at row 3 "):
+    with pytest.raises(ReadError, match=r"times at data row 4, "):
         table("t,x,y\n0,0,0\n1,,0\n2,0,0\n1,0,0\n")
 
 

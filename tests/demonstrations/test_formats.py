@@ -85,7 +85,7 @@ def test_tum_trajectories(file):
     for text, message in (
         (TUM.replace(" 0 1\n", " 0\n"), "7 columns"),
         (TUM.replace("# timestamp", "stamp"), "header line"),
-        (TUM.replace("1.3000", "one"), "column 'tx', row 3"),
+        (TUM.replace("1.3000", "one"), "column 'tx', data row 4"),
         (TUM.replace("1305031098.2500", "now"), "column 'timestamp'|header"),
     ):
         with pytest.raises(ReadError, match=message):
@@ -211,11 +211,15 @@ def test_labyrinth_walks(file):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("A,0,1,2,9", "A,0,1,3,9", "row 1: found a step from 3 to 0|row 0: found a step from 0 to 3"),
-        ("A,0,1,2,9", "A,0,1,200,9", "column 'node', row 1: found 200"),
-        ("A,0,1,2,9", "A,0,7,2,9", "column 'step', row 1: found 7"),
-        ("A,0,1,2,9", "A,0,1,2.5,9", "column 'node', row 1: found 2.5"),
-        ("A,0,1,2,9", "A,0,1,,9", "row 1: found nan"),
+        (
+            "A,0,1,2,9",
+            "A,0,1,3,9",
+            "data row 2, counted from 1: found a step from 3 to 0|data row 1, counted from 1: found a step from 0 to 3",
+        ),
+        ("A,0,1,2,9", "A,0,1,200,9", "column 'node', data row 2, counted from 1: found 200"),
+        ("A,0,1,2,9", "A,0,7,2,9", "column 'step', data row 2, counted from 1: found 7"),
+        ("A,0,1,2,9", "A,0,1,2.5,9", "column 'node', data row 2, counted from 1: found 2.5"),
+        ("A,0,1,2,9", "A,0,1,,9", "data row 2, counted from 1: found nan"),
         ("B,0,0,0,3", "A,0,4,127,3", "corridor|two places|step"),
         ("node", "nodule", "column 'node'"),
     ],
@@ -252,7 +256,7 @@ def test_parquet_tables(tmp_path):
     for options, message in (
         ({"position": ["x", "list"]}, "column 'list': found type list"),
         ({"position": ["x", "when"]}, "column 'when': found datetime64"),
-        ({"position": ["x", "who"]}, "column 'who', row 0: found 'a'"),
+        ({"position": ["x", "who"]}, "column 'who', data row 1, counted from 1: found 'a'"),
         ({"position": ["x", "z"]}, "column 'z'"),
     ):
         with pytest.raises(ReadError, match=message):

@@ -55,14 +55,19 @@ def test_parquet(tmp_path):
 
 def test_the_groups_column_does_not_tell_trajectories_apart_unless_it_is_said_to(table):
     path = table(*rows(1, "fox"), *rows(1, "cat", begin=10.0))
-    with pytest.raises(ReadError, match=r"column 'animal', row 4: found 'cat' after 'fox' in trajectory 'T0'.*trajec"):
+    with pytest.raises(
+        ReadError,
+        match=r"column 'animal', data row 5, counted from 1: found 'cat' after 'fox' in trajectory 'T0'.*trajec",
+    ):
         read(path, group="animal")
     demos = read(path, trajectory="animal", group="animal")
     assert (demos.trajectory_names, demos.groups) == (("fox", "cat"), ("fox", "cat"))
 
 
 def test_a_trajectory_with_two_groups_is_refused_with_its_row(table):
-    with pytest.raises(ReadError, match=r"row 6: found 'fox' after 'cat' in trajectory '3', wanted one group"):
+    with pytest.raises(
+        ReadError, match=r"data row 7, counted from 1: found 'fox' after 'cat' in trajectory '3', wanted one group"
+    ):
         read(table(*rows(7, "fox"), *rows(3, "cat", 2), "5,5,5,3,fox"), trajectory="walk", group="animal")
 
 
@@ -74,7 +79,10 @@ def test_two_groups_of_one_trajectory_are_noticed_where_their_times_are_the_same
 
 @pytest.mark.parametrize("cell", ["", "  ", "NaN"])
 def test_a_row_without_a_group_is_refused(table, cell):
-    with pytest.raises(ReadError, match=r"column 'animal', row 5: found no value, wanted the group of trajectory '3'"):
+    with pytest.raises(
+        ReadError,
+        match=r"column 'animal', data row 6, counted from 1: found no value, wanted the group of trajectory '3'",
+    ):
         read(table(*rows(7, "fox"), *rows(3, "cat", 1), f"5,5,5,3,{cell}"), trajectory="walk", group="animal")
 
 

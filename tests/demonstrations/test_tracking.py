@@ -95,9 +95,9 @@ def test_nothing_seen_is_refused(deeplabcut):
         ("coords", "cords", "wanted scorer"),
         ("bodyparts,nose", "bodyparts", "different length"),
         ("tail", "nose", "twice"),
-        ("\n3,", "\nthree,", "column '0', row 3"),
-        ("\n3,", "\n,", "row 3: found no frame number"),
-        ("\n3,", "\n2,", "row 3"),
+        ("\n3,", "\nthree,", "column '0', data row 4"),
+        ("\n3,", "\n,", "data row 4, counted from 1: found no frame number"),
+        ("\n3,", "\n2,", "data row 4"),
     ],
 )
 def test_broken_tables_are_refused(tmp_path, old, new, message):

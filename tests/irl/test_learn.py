@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import signal
 
+import numpy as np
 import pytest
 
 from subgoal.irl.learn import learn
-from subgoal.runtime.errors import StoppedError
+from subgoal.likelihood.table import LogLikelihood
+from subgoal.runtime.errors import InputError, StoppedError
 from subgoal.runtime.progress import Silent
 from tests.posterior.worlds import corner_likelihood
 
@@ -42,3 +44,18 @@ def test_every_round_is_shown_and_then_the_run() -> None:
     assert heard.notes[-1] == ""
     told = [note for note in dict.fromkeys(heard.notes) if note]
     assert told == [f"what an observation is worth, round {k}" for k in range(1, len(told) + 1)]
+
+
+def test_a_plain_table_is_sent_to_sample() -> None:
+    table = LogLikelihood.from_table(np.zeros((4, 2)))
+    with pytest.raises(InputError, match=r"likelihood: found a plain table.*Try: subgoal\.sample\(likelihood"):
+        learn(table)
+    with pytest.raises(InputError, match="likelihood: found a plain table"):
+        learn(table, confidence=None)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_plain_table_with_weights_and_no_noise_to_learn_is_fine() -> None:
+    table = LogLikelihood.from_table(np.zeros((4, 2))).weighted(0.5)
+    made = learn(table, confidence=None, model=None, chains=1, draws=4, warmup=0, thin=1, workers=1)
+    assert made.n_draws == 4

@@ -7,7 +7,7 @@ import pytest
 
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.models import Beta, Grouped, Persistent, StickyHMM
+from subgoal.models import Beta, Grouped, NoiseLevels, Persistent, StickyHMM
 from subgoal.runtime.errors import InputError
 from tests.posterior.worlds import quiet_sample
 
@@ -35,3 +35,24 @@ def test_one_trajectory_of_two_steps_is_enough(model) -> None:
 @pytest.mark.parametrize("model", [None, Grouped([0, 1, 1])], ids=repr)
 def test_models_without_time_take_single_steps(model) -> None:
     assert quiet_sample(steps([0, 1, 2, 3]), model=model, **SHORT).n_draws == 2
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"model": Persistent}, r"model: found the class Persistent.*Try: subgoal\.models\.Persistent\(\)\."),
+        ({"model": Grouped}, r"the class Grouped.*Try: subgoal\.models\.Grouped\(demonstrations\.group\)"),
+        ({"model": "persistent"}, r"model: found 'persistent'.*Try: subgoal\.models\.Persistent\(\)\."),
+        ({"model": "sticky_hmm"}, r"Try: subgoal\.models\.StickyHMM\(\)"),
+        ({"model": 3}, r"model: found 3, wanted a function, such as subgoal\.models\.Persistent\(\)\.$"),
+        ({"confidence": NoiseLevels}, r"confidence: found <class.*wanted OneConfidence\(\)"),
+    ],
+)
+def test_what_is_no_model_is_refused_with_one_that_is(given, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        quiet_sample(steps([0, 4]), **given, **SHORT)
+
+
+def test_the_noise_of_a_plain_table_cannot_be_learned() -> None:
+    with pytest.raises(InputError, match="confidence: found a plain table"):
+        quiet_sample(steps([0, 4]), confidence=NoiseLevels(), **SHORT)

@@ -12,7 +12,7 @@ from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.demonstrations.thinning import epsilon_net_indices
 from subgoal.runtime.checks import Floats, positive, real_array
-from subgoal.runtime.errors import InputError, ReadError
+from subgoal.runtime.errors import InputError, ReadError, data_row
 
 DEFAULT_NET = 0.03
 SEPARATORS = (",", ";", "\t", "|")
@@ -71,7 +71,9 @@ def read_candidates(path: str | Path, position: Sequence[str], *, metric: Metric
         given = real_array("column prior", table["prior"].to_numpy(), ndim=1)
         if not (given > 0).all():
             row = int(np.argmax(~(given > 0)))
-            raise ReadError("column prior", where=f"row {row} of {path}", found=given[row], wanted="numbers above 0")
+            raise ReadError(
+                "column prior", where=f"{data_row(row)}, of {path}", found=given[row], wanted="numbers above 0"
+            )
         prior = np.log(given)
     names = tuple(table["name"].astype(str)) if "name" in table.columns else ()
     return Candidates(points=table[list(position)].to_numpy(), names=names, log_prior=prior, metric=metric)

@@ -5,17 +5,33 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from subgoal.candidates import Candidates, epsilon_net, read_candidates
 from subgoal.demonstrations.metric import Metric
-from subgoal.demonstrations.records import Demonstrations
+from subgoal.demonstrations.readers import PAIRS, RECORDINGS, accepted, format_of
+from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.likelihood.action_comparison import action_comparison
 from subgoal.likelihood.controllers import proportional
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.partition.protocol import Sampler
 from subgoal.runtime.errors import InputError
+
+
+def clock_told(data: Recording | Demonstrations, file: Path, reading: dict[str, Any]) -> str:
+    """The unit of the times, and whether it is only assumed."""
+    if data.times is None:
+        return "times: none"
+    kind = format_of(file, reading.get("format"))
+    if (
+        data.time_unit == "s"
+        and "time_scale" not in reading
+        and "time_scale" in accepted({**RECORDINGS, **PAIRS}[kind])
+    ):
+        return "times: taken as seconds (--time-scale 0.001 if they are milliseconds)"
+    return f"times: in {data.time_unit}"
 
 
 def candidate_places(

@@ -19,6 +19,8 @@ def inspect(
     position: o.Position = None,
     time: o.Time = None,
     trajectory: o.Trajectory = None,
+    group: o.Group = None,
+    time_scale: o.TimeScale = None,
     scale: o.Scale = None,
     units: o.Units = None,
     clock: o.Clock = None,
@@ -27,6 +29,8 @@ def inspect(
     bodypart: o.Bodypart = None,
     rate: o.Rate = None,
     max_gap: o.MaxGap = None,
+    separator: o.Separator = None,
+    decimal: o.Decimal = None,
 ) -> None:
     """Show counts, rates, gaps and ranges of a recording, with a picture (recording.png).
 
@@ -34,20 +38,24 @@ def inspect(
 
       subgoal inspect tracks.csv --position x,y --time t --trajectory id --out out/
     """
-    from subgoal.cli.compose import output_folder
+    from subgoal.cli.compose import clock_told, output_folder
+    from subgoal.cli.learn import learn
+    from subgoal.cli.wording import as_typed
     from subgoal.demonstrations.read import look
     from subgoal.demonstrations.summary import summarise
     from subgoal.plots.files import save_figure
     from subgoal.plots.recording import plot_recording
 
     reading = o.given(
-        format=format, position=o.words(position), time=time, trajectory=trajectory, scale=scale, units=units,
-        clock=clock, likelihood=likelihood, min_likelihood=min_likelihood, bodypart=bodypart, rate=rate,
-        max_gap=max_gap,
+        format=format, position=o.words(position), time=time, trajectory=trajectory, group=group,
+        time_scale=time_scale, scale=scale, units=units, clock=clock, likelihood=likelihood,
+        min_likelihood=min_likelihood, bodypart=bodypart, rate=rate, max_gap=max_gap, separator=separator,
+        decimal=decimal,
     )  # fmt: skip
     record = look(file, **reading)
     if not quiet:
-        print("\n".join(summarise(record).lines()))
+        print(as_typed("\n".join(summarise(record).lines()), inspect, learn))
+        print(clock_told(record, file, reading))
     with output_folder(out) as folder:
         save_figure(plot_recording(record, y_down=y_down), folder, "recording")
     if not quiet:

@@ -91,6 +91,7 @@ def learn(
     time: o.Time = None,
     trajectory: o.Trajectory = None,
     group: o.Group = None,
+    time_scale: o.TimeScale = None,
     scale: o.Scale = None,
     units: o.Units = None,
     clock: o.Clock = None,
@@ -104,6 +105,8 @@ def learn(
     window: o.Window = None,
     max_gap: o.MaxGap = None,
     thin_radius: o.ThinRadius = None,
+    separator: o.Separator = None,
+    decimal: o.Decimal = None,
 ) -> None:
     """Learn subgoals from a recording; write tables, pictures and report.html to a folder.
 
@@ -121,9 +124,10 @@ def learn(
     """
     reading = o.given(
         format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
-        group=group, scale=scale, units=units, clock=clock, likelihood=likelihood, min_likelihood=min_likelihood,
-        bodypart=bodypart, start_within=o.box(start_within), rate=rate, every=every, velocity=velocity,
-        window=window, max_gap=max_gap, thin=thin_radius, period=o.numbers("--period", period),
+        group=group, time_scale=time_scale, scale=scale, units=units, clock=clock, likelihood=likelihood,
+        min_likelihood=min_likelihood, bodypart=bodypart, start_within=o.box(start_within), rate=rate, every=every,
+        velocity=velocity, window=window, max_gap=max_gap, thin=thin_radius, period=o.numbers("--period", period),
+        separator=separator, decimal=decimal,
     )  # fmt: skip
     places = o.given(file=candidates, epsilon=epsilon, grid=grid)
     table = {"confidence": confidence, "controller": controller, "gain": gain, "speed_limit": speed_limit}
@@ -154,7 +158,7 @@ def learn_file(
     sensitive: bool = False,
 ) -> None:
     """The pipeline behind ``learn`` and ``demo``: read, tabulate, sample, write, print."""
-    from subgoal.cli.compose import candidate_places, likelihood_table, model_and_sampler, output_folder
+    from subgoal.cli.compose import candidate_places, clock_told, likelihood_table, model_and_sampler, output_folder
     from subgoal.cli.table import print_results
     from subgoal.cli.write import write
     from subgoal.demonstrations.metric import Metric
@@ -163,6 +167,8 @@ def learn_file(
 
     merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
     demonstrations = read(file, **reading)
+    if not quiet:
+        print(clock_told(demonstrations, file, reading))
     plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
     chosen = candidate_places(demonstrations, plan, **places)
     fixed = table["confidence"] is not None

@@ -10,6 +10,7 @@ from subgoal.cli.demo import demo
 from subgoal.cli.inspect import inspect
 from subgoal.cli.learn import learn
 from subgoal.cli.report import report
+from subgoal.cli.wording import as_typed
 from subgoal.runtime.errors import StoppedError, SubgoalError
 from subgoal.runtime.version import VERSION
 
@@ -52,5 +53,6 @@ def main() -> None:
         print(f"subgoal: {problem or 'stopped'}", file=sys.stderr)
         sys.exit(INTERRUPTED)
     except (SubgoalError, OSError) as problem:
-        print(f"subgoal: {problem}", file=sys.stderr)
+        command = {"inspect": inspect}.get(next(iter(sys.argv[1:]), ""), learn)
+        print(f"subgoal: {as_typed(str(problem), command, learn)}", file=sys.stderr)
         sys.exit(BAD_INPUT)

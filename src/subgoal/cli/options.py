@@ -36,6 +36,15 @@ Sensitivity = Annotated[
 Scale = Annotated[
     float | None, typer.Option(help="Multiply positions, e.g. metres per pixel.", rich_help_panel=READING)
 ]
+TimeScale = Annotated[
+    float | None, typer.Option(help="Seconds per unit of the time column; 0.001 for ms.", rich_help_panel=READING)
+]
+Separator = Annotated[
+    str | None, typer.Option(help="Between columns of text, if found out wrongly.", rich_help_panel=READING)
+]
+Decimal = Annotated[
+    str | None, typer.Option(help="Decimal sign of text, if found out wrongly.", rich_help_panel=READING)
+]
 Units = Annotated[str | None, typer.Option(help="Unit of the positions after scaling.", rich_help_panel=READING)]
 Clock = Annotated[
     str | None, typer.Option(help="When times go back: refuse, sort, split or drop.", rich_help_panel=READING)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from subgoal.demonstrations.records import Source
 from subgoal.runtime.checks import Floats, Ints
-from subgoal.runtime.errors import InputError, ReadError
+from subgoal.runtime.errors import InputError, ReadError, data_row
 
 ROUNDING = 1e-6
 """Times this share of the usual step apart are one time."""
@@ -45,7 +45,7 @@ def order_rows(
         new trajectory there; "drop" drops the rows that are not later than all before them. Rows that repeat the
         time of the row before are dropped and counted in every case.
     where:
-        (M,) row numbers for messages; 0 to M − 1 if not given.
+        (M,) rows of the file for messages, from 0; 0 to M − 1 if not given.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def _later_than_all_before(times: Floats, group: Ints) -> NDArray[np.bool_]:
 def _refuse(times: Floats, rows: Ints, first: int, count: int, where: Ints | None) -> None:
     row = rows[first] if where is None else where[rows[first]]
     raise ReadError(
-        "times", where=f"row {row} ({count} such place{'s' if count > 1 else ''})",
+        "times", where=f"{data_row(row)} ({count} such place{'s' if count > 1 else ''})",
         found=f"{times[rows[first]]:.10g} after {times[rows[first - 1]]:.10g}",
         wanted="times that do not go back within a trajectory",
         hint="clock='sort' orders the rows, 'split' starts a new trajectory there, 'drop' drops the late rows; "

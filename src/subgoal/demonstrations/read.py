@@ -63,7 +63,7 @@ def read(
     if chosen in PAIRS:
         unused = {"rate": rate, "window": window, "max_gap": max_gap, "start_within": start_within}
         _refuse_unused(chosen, unused | {"every": every != 1 or None, "velocity": velocity != "central" or None})
-        demos = PAIRS[chosen](path, **known_options(PAIRS[chosen], options))
+        demos = PAIRS[chosen](path, **known_options(chosen, options))
         metric = None if period is None else Metric.of(np.shape(demos.states)[-1], period=period)
         return demos if thin is None else thin_pairs(demos, thin, metric)
     recording = _recording(path, chosen, {"rate": rate, "max_gap": max_gap}, options)
@@ -97,7 +97,7 @@ def look(path: Any, *, format: str | None = None, **options: Any) -> Recording |
     """A file as it is, for ``summarise`` and pictures: a Recording, or Demonstrations of ready pairs."""
     chosen = format_of(path, format)
     if chosen in PAIRS:
-        return PAIRS[chosen](path, **known_options(PAIRS[chosen], options))
+        return PAIRS[chosen](path, **known_options(chosen, options))
     shared = {name: options.pop(name, None) for name in ("rate", "max_gap")}
     return _recording(path, chosen, shared, options)
 

@@ -32,6 +32,11 @@ class Source:
                 notes[label] = notes.get(label, 0) + int(count)
         return replace(self, notes=notes)
 
+    def told(self, found: str, nothing: str) -> str:
+        """``found`` with the notes behind it in brackets; ``nothing`` where there are none."""
+        notes = ", ".join(f"{count} {what}" for what, count in self.notes.items())
+        return f"{found} ({notes})" if notes else nothing
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:

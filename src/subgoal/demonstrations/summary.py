@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,8 @@ OUTLIER = 20.0
 """So many times the 95 % quantile may the highest speed be."""
 COARSE = 10.0
 """A median step of fewer than so many smallest differences is quantised."""
+MOST_GROUPS = 20
+"""Groups that are listed."""
 THINNED = "pairs dropped by thinning"
 
 
@@ -54,6 +57,8 @@ class Summary:
         Share of the steps that do not move at all.
     warnings:
         Sentences for people.
+    groups:
+        How many trajectories each group has; empty without groups.
     """
 
     name: str
@@ -76,6 +81,7 @@ class Summary:
     speeds: tuple[float, ...] | None
     standing: float
     warnings: tuple[str, ...]
+    groups: dict[str, int] = field(default_factory=dict)
 
     def lines(self) -> list[str]:
         """The summary as lines of text, warnings last."""
@@ -85,6 +91,10 @@ class Summary:
             f"{self.samples} samples",
             f"samples in a trajectory: {self.lengths[0]} to {self.lengths[2]}, median {self.lengths[1]:g}",
         ]
+        if self.groups:
+            listed = ", ".join(f"{name} {count}" for name, count in list(self.groups.items())[:MOST_GROUPS])
+            more = f" and {len(self.groups) - MOST_GROUPS} more groups" if len(self.groups) > MOST_GROUPS else ""
+            told.append(f"trajectories of groups: {listed}{more}")
         if self.durations is not None:
             low, middle, high = self.durations
             told.append(f"duration: {low:.4g} to {high:.4g} {self.time_unit}, median {middle:.4g}")
@@ -137,6 +147,7 @@ def summarise(data: Recording | Demonstrations) -> Summary:
         notes=dict(data.source.notes),
         names=data.names,
         warnings=tuple(_warnings(data, numbers, table, moves)),
+        groups=dict(sorted(Counter(data.groups).items())),
         **numbers,
     )
 

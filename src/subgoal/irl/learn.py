@@ -6,6 +6,7 @@ import warnings
 from typing import Any
 
 from subgoal.answers.evidence import evidence
+from subgoal.likelihood.fixed_table import FixedTable
 from subgoal.likelihood.noise import NoiseLevels, NoiseSpec
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.partition.persistence import Persistent
@@ -13,7 +14,7 @@ from subgoal.partition.priors import Gamma
 from subgoal.partition.protocol import Sampler
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import ConvergenceWarning, sample
-from subgoal.runtime.errors import StoppedError
+from subgoal.runtime.errors import InputError, StoppedError
 from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Noted, Progress, Silent
 
@@ -60,6 +61,12 @@ def learn(
     What ``sample`` raises; ``StoppedError`` also for Ctrl-C in a preliminary run; ``InputError`` for a plain table,
     whose noise is not known.
     """
+    table = isinstance(likelihood, LogLikelihood) and isinstance(likelihood.source, FixedTable)
+    if table and (confidence is not None or likelihood.weight is None):
+        raise InputError("likelihood", found="a plain table, of which only these numbers are known",
+                         wanted="one whose noise and errors can be learned, as of subgoal.action_comparison",
+                         hint="subgoal.sample(likelihood, model=subgoal.models.Persistent(), "
+                              "concentration=subgoal.models.Gamma())")  # fmt: skip
     learned: dict[str, Any] = {"model": model, "concentration": concentration, "confidence": confidence}
     common: dict[str, Any] = {**learned, "seed": seed, "workers": workers}
     if likelihood.weight is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from subgoal.likelihood.fixed_table import FixedTable
 from subgoal.likelihood.noise import NoiseSpec
 from subgoal.likelihood.source import Levels
 from subgoal.likelihood.table import LogLikelihood
@@ -13,6 +14,13 @@ from subgoal.partition.priors import Gamma
 from subgoal.partition.protocol import Sampler
 from subgoal.runtime.errors import InputError
 from subgoal.storage.archive import digest_arrays
+
+MODELS = {
+    "persistent": "subgoal.models.Persistent()",
+    "stickyhmm": "subgoal.models.StickyHMM()",
+    "grouped": "subgoal.models.Grouped(demonstrations.group)",
+}
+"""How a model is made, by its name in lower case without underscores."""
 
 
 def composed(
@@ -29,9 +37,13 @@ def composed(
             getattr(each, "refuse", lambda _: None)(likelihood.offset)
     if model is not None and sampler is not collapsed_blocks:
         raise InputError("sampler", found=name_of(sampler), wanted="none beside a model, which has its own")
-    if confidence is not None and not hasattr(confidence, "of"):
+    if confidence is not None and (isinstance(confidence, type) or not hasattr(confidence, "of")):
         raise InputError("confidence", found=repr(confidence), wanted="OneConfidence(), OwnConfidence(), NoiseLevels()",
                          hint="a fixed number is given to the likelihood")  # fmt: skip
+    if confidence is not None and isinstance(likelihood.source, FixedTable):
+        raise InputError("confidence", found="a plain table, of which only these numbers are known",
+                         wanted="a likelihood that knows its noise, for it to be learned",
+                         hint="confidence=None, or a likelihood of subgoal.action_comparison")  # fmt: skip
     base = sampler if model is None else model
     learned = concentration if isinstance(concentration, Gamma) else None
     if learned is None and confidence is None:
@@ -55,8 +67,15 @@ def words(setting: object) -> str:
     return repr(setting)
 
 
-def name_of(sampler: Sampler, what: str = "sampler") -> str:
-    """The name of a sampler; raises ``InputError`` for what cannot be called."""
+def name_of(sampler: object, what: str = "sampler") -> str:
+    """The name of a sampler; raises ``InputError`` for what cannot be called, for a class and for a mere name."""
+    if isinstance(sampler, type):
+        made = MODELS.get(sampler.__name__.lower(), f"{sampler.__name__}(...)")
+        raise InputError(
+            what, found=f"the class {sampler.__name__}", wanted="one of its kind, with brackets", hint=made
+        )
     if not callable(sampler):
-        raise InputError(what, found=repr(sampler), wanted="a function, such as subgoal.samplers.collapsed_blocks")
+        called = str(sampler).lower().replace("_", "")
+        usual = "subgoal.samplers.collapsed_blocks" if what == "sampler" else "subgoal.models.Persistent()"
+        raise InputError(what, found=repr(sampler), wanted=f"a function, such as {usual}", hint=MODELS.get(called))
     return str(getattr(sampler, "__name__", type(sampler).__name__))

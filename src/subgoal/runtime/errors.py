@@ -33,6 +33,11 @@ class InputError(SubgoalError, ValueError):
         super().__init__(f"{what}{place}: found {found}, wanted {wanted}.{advice}")
 
 
+def data_row(row: int) -> str:
+    """A row of a file in words: ``row`` counts from 0, people count from 1 and leave the header out."""
+    return f"data row {row + 1}, counted from 1"
+
+
 class ReadError(InputError):
     """A file cannot be read as what it is said to be."""
 

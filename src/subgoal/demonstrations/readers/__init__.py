@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from subgoal.demonstrations.readers.csv import read_csv
@@ -61,7 +61,7 @@ def read_recording(path: Any, *, format: str | None = None, **options: Any) -> R
     chosen = format_of(path, format)
     if chosen in PAIRS:
         raise InputError("format", found=f"{chosen!r}, ready pairs", wanted="positions over time", hint="read(path)")
-    return RECORDINGS[chosen](path, **known_options(RECORDINGS[chosen], options))
+    return RECORDINGS[chosen](path, **known_options(chosen, options))
 
 
 def format_of(path: Any, format: str | None = None) -> str:
@@ -79,16 +79,17 @@ def accepted(reader: Callable[..., Any]) -> set[str]:
     return set(inspect.signature(reader).parameters) - {"path"}
 
 
-def known_options(reader: Callable[..., Any], options: dict[str, Any]) -> dict[str, Any]:
-    """``options``, after checking that the reader takes all of them."""
-    unknown = sorted(set(options) - accepted(reader))
+def known_options(format: str, options: dict[str, Any]) -> dict[str, Any]:
+    """``options``, after checking that the reader of the format takes all of them."""
+    known = accepted({**RECORDINGS, **PAIRS}[format])
+    unknown = sorted(set(options) - known)
     if unknown:
-        raise InputError(
-            "options",
-            found=", ".join(unknown),
-            wanted=f"options of {reader.__name__}: {', '.join(sorted(accepted(reader)))}",
-        )
+        raise InputError("options", found=_written(unknown), wanted=f"those of {format!r} files: {_written(known)}")
     return options
+
+
+def _written(names: Iterable[str]) -> str:
+    return ", ".join(f"{name}=" for name in sorted(names))
 
 
 __all__ = ["PAIRS", "RECORDINGS", "format_of", "read_recording"]

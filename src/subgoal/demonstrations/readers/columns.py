@@ -14,12 +14,16 @@ from subgoal.demonstrations.readers.grouping import group_of_each, numbered
 from subgoal.demonstrations.recordings import piece_names
 from subgoal.demonstrations.records import Recording, Source
 from subgoal.runtime.checks import Floats, Ints, positive
-from subgoal.runtime.errors import InputError, ReadError
+from subgoal.runtime.errors import InputError, ReadError, data_row
 
 TIME_NAMES = ("t", "time", "timestamp")
 TRAJECTORY_NAMES = (
     "id", "track", "track_id", "trajectory", "trajectory_id", "traj_id", "particle", "agent_id", "ped_id", "animal",
 )  # fmt: skip
+OTHER_NAMES = (
+    "", "index", "frame", "frame_id", "frame_number", "step", "group", "name", "label", "type", "class", "likelihood",
+)  # fmt: skip
+"""Not proposed as places."""
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "<na>", "-nan", "nat"})
 """Cells that mean "no value", in lower case."""
 
@@ -74,7 +78,10 @@ def choose(
     if position is None:
         if "x" not in lower or "y" not in lower:
             raise ReadError(
-                str(path), found=_listed(found), wanted="columns x and y, or to be told", hint=_advice(found)
+                str(path),
+                found=_listed(found),
+                wanted="columns x and y, or to be told",
+                hint=_advice(found, (time, trajectory, likelihood, group)),
             )
         position = [lower[n] for n in "xyz" if n in lower]
     if time is None:
@@ -115,12 +122,14 @@ def numbers(path: Any, name: str, column: Any) -> Floats:
             row = int(np.argmax(bad))
             cell = str(cells.iloc[row])[:40]
             raise ReadError(
-                str(path), where=f"column {name!r}, row {row}", found=repr(cell), wanted="a number",
+                str(path), where=f"column {name!r}, {data_row(row)}", found=repr(cell), wanted="a number",
                 hint="decimal=','" if "," in cell and "." not in cell else None,
             )  # fmt: skip
     if np.isinf(values).any():
         row = int(np.argmax(np.isinf(values)))
-        raise ReadError(str(path), where=f"column {name!r}, row {row}", found=values[row], wanted="a finite number")
+        raise ReadError(
+            str(path), where=f"column {name!r}, {data_row(row)}", found=values[row], wanted="a finite number"
+        )
     return np.asarray(values)
 
 
@@ -156,7 +165,7 @@ def seconds(path: Any, name: str, column: Any) -> Floats:
             if bad.any():
                 row = int(np.argmax(bad))
                 raise ReadError(
-                    str(path), where=f"column {name!r}, row {row}", found=repr(str(series.iloc[row])[:40]),
+                    str(path), where=f"column {name!r}, {data_row(row)}", found=repr(str(series.iloc[row])[:40]),
                     wanted="a number, or a timestamp such as 2024-05-01T12:00:00.25",
                 ) from problem  # fmt: skip
             series = stamps
@@ -178,7 +187,7 @@ def assemble(path: Any, columns: dict[str, Any], choice: Choice, how: Treatment,
     }
     row, source = _complete(len(places), bad, source)
     if not len(row):
-        raise ReadError(str(path), found=f"no complete row ({source.notes})", wanted="at least one")
+        raise ReadError(str(path), found=source.told("no complete row", "no row of data"), wanted="at least one")
     of_each = []
     if choice.group is not None:
         own = columns[choice.group]
@@ -241,9 +250,17 @@ def _listed(found: Sequence[str]) -> str:
     return f"columns {shown}" + (" and more" if len(found) > 30 else "")
 
 
-def _advice(found: Sequence[str]) -> str:
-    pair = list(found[1:3] if len(found) > 2 else found[:2])
-    return f"position={pair!r} (the columns that hold the place)"
+def _advice(found: Sequence[str], taken: Sequence[Any]) -> str:
+    """Two columns that may hold the place: those whose names differ by x and y, or else the first two that are free."""
+    if all(name.isdigit() for name in found):
+        free = list(found[1:] if len(found) > 2 else found)
+    else:
+        free = [name for name in found if name.lower() not in (*TIME_NAMES, *TRAJECTORY_NAMES, *OTHER_NAMES)]
+    free = [name for name in free if name not in taken]
+    pairs = [[a, b] for a in free for b in free if a != b and a.lower().replace("x", "y") == b.lower()]
+    pair = pairs[0] if pairs else free[:2]
+    told = f"position={pair!r}" if len(pair) == 2 else "position="
+    return f"{told} (the columns that hold the place)"
 
 
 def _name(what: str, given: Any) -> str | None:

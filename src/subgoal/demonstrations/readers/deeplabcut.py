@@ -19,7 +19,7 @@ from subgoal.demonstrations.readers.layout import Layout
 from subgoal.demonstrations.readers.tracking import Tracking, animals
 from subgoal.demonstrations.records import Recording
 from subgoal.runtime.checks import Floats
-from subgoal.runtime.errors import ReadError
+from subgoal.runtime.errors import ReadError, data_row
 
 Column = tuple[str, str, str]
 """Animal ("" if the file knows only one), body part, and x, y or likelihood."""
@@ -47,7 +47,7 @@ def read_deeplabcut(
     frames, labels, values = _from_hdf5(path) if head(path).startswith(HDF5_MAGIC) else _from_csv(path)
     if len(frames) > 1 and not (np.diff(frames) > 0).all():
         row = int(np.argmax(~(np.diff(frames) > 0))) + 1
-        raise ReadError(str(path), where=f"row {row}", found=frames[row], wanted="frame numbers that increase")
+        raise ReadError(str(path), where=data_row(row), found=frames[row], wanted="frame numbers that increase")
     part = how.choose_bodypart(path, [column[1] for column in labels])
     if len(set(labels)) != len(labels):
         raise ReadError(str(path), found="a body part and coordinate twice", wanted="each once")
@@ -78,7 +78,7 @@ def _from_csv(path: Path) -> tuple[Floats, list[Column], Floats]:
     values = np.stack([numbers(path, name, cells[name]) for name in layout.names], axis=1)
     if np.isnan(values[:, 0]).any():
         raise ReadError(
-            str(path), where=f"row {int(np.argmax(np.isnan(values[:, 0])))}", found="no frame number", wanted="one"
+            str(path), where=data_row(int(np.argmax(np.isnan(values[:, 0])))), found="no frame number", wanted="one"
         )
     return values[:, 0], _labels(path, list(zip(*(line[1:] for line in lines[:depth]), strict=True))), values[:, 1:]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from subgoal.runtime.checks import Ints
-from subgoal.runtime.errors import ReadError
+from subgoal.runtime.errors import ReadError, data_row
 
 
 def numbered(column: Any) -> tuple[Ints, list[str]]:
@@ -41,7 +41,7 @@ def group_of_each(
     if blank[rows].any():
         row = rows[int(np.argmax(blank[rows]))]
         raise ReadError(
-            str(path), where=f"column {name!r}, row {row}", found="no value",
+            str(path), where=f"column {name!r}, {data_row(row)}", found="no value",
             wanted=f"the group of trajectory {labels[trajectory[row]]!r}",
         )  # fmt: skip
     there, at = np.unique(of, return_index=True)
@@ -51,7 +51,7 @@ def group_of_each(
     if other.any():
         k = int(np.argmax(other))
         raise ReadError(
-            str(path), where=f"column {name!r}, row {rows[k]}",
+            str(path), where=f"column {name!r}, {data_row(rows[k])}",
             found=f"{values[own[k]]!r} after {values[first[of[k]]]!r} in trajectory {labels[of[k]]!r}",
             wanted="one group for each trajectory",
             hint="trajectory= with the column that tells trajectories apart, whose values no two groups share",

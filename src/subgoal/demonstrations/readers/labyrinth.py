@@ -14,7 +14,7 @@ from subgoal.demonstrations.readers.files import plain_file, source_of
 from subgoal.demonstrations.readers.layout import find_layout
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.runtime.checks import Ints
-from subgoal.runtime.errors import InputError, ReadError
+from subgoal.runtime.errors import InputError, ReadError, data_row
 
 EXIT = 127
 """The node outside the labyrinth; 0 is the first junction, and n leads to 2n + 1 and 2n + 2."""
@@ -92,7 +92,7 @@ def _actions(path: Path, here: Ints, there: Ints, rows: Ints) -> Ints:
     if (actions < 0).any():
         k = int(np.argmax(actions < 0))
         raise ReadError(
-            str(path), where=f"row {rows[k]}", found=f"a step from {here[k]} to {there[k]}", wanted="a corridor"
+            str(path), where=data_row(rows[k]), found=f"a step from {here[k]} to {there[k]}", wanted="a corridor"
         )
     return actions
 
@@ -106,7 +106,7 @@ def _check(path: Path, node: Ints, step: Ints, fresh: Any, rows: Ints) -> None:
             k = int(np.argmax(bad))
             value = node[k] if what == "node" else step[k]
             raise ReadError(
-                str(path), where=f"column {what!r}, row {rows[k]}", found=int(value),
+                str(path), where=f"column {what!r}, {data_row(rows[k])}", found=int(value),
                 wanted="0 to 127" if what == "node" else "the step after the one before",
             )  # fmt: skip
 
@@ -116,5 +116,7 @@ def _integers(path: Path, name: str, column: Any) -> Ints:
     bad = ~((values == np.floor(values)) & (np.abs(values) < 2**53))
     if bad.any():
         row = int(np.argmax(bad))
-        raise ReadError(str(path), where=f"column {name!r}, row {row}", found=values[row], wanted="a whole number")
+        raise ReadError(
+            str(path), where=f"column {name!r}, {data_row(row)}", found=values[row], wanted="a whole number"
+        )
     return values.astype(np.int64)

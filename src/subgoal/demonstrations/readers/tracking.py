@@ -85,7 +85,7 @@ def animals(path: Path, tracks: Sequence[tuple[str, Floats, Any, Floats]], how: 
         animals_never_seen_dropped=unseen,
     )
     if not pieces:
-        raise ReadError(str(path), found=f"no usable frame ({source.notes})", wanted="at least one")
+        raise ReadError(str(path), found=source.told("no usable frame", "no frame"), wanted="at least one")
     unit, gap = ("frame", GAP_FRAMES) if how.rate is None else ("s", GAP_SECONDS)
     recording = join(pieces, names=("x", "y"), units=how.units, time_unit=unit, source=source)
     return split_at_gaps(recording, gap if how.max_gap is None else how.max_gap)

@@ -1,0 +1,36 @@
+"""Python's words in messages turned into those of the command line: ``clock='sort'`` into ``--clock sort``."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from shlex import quote
+from typing import Any
+
+SPELLED = {"thin": "--thin-radius", "model": "--learn-all"}
+"""Arguments whose option has another name."""
+WHOLE = {"model=None": "no --learn-all", "subgoal.learn(likelihood) (--learn-all)": "--learn-all"}
+"""What is told otherwise as a whole."""
+VALUE = r"\[[^\]]*\]|'[^']*'|\"[^\"]*\"|\w+(?:\.\w+)*"
+
+
+def as_typed(text: str, command: Callable[..., Any], other: Callable[..., Any] | None = None) -> str:
+    """``text`` with the arguments that are options of ``command`` as they are typed.
+
+    Options that only the command ``other`` has are told with its name.
+    """
+    own = set(inspect.signature(command).parameters)
+    foreign = set(inspect.signature(other).parameters) - own if other is not None else set()
+    for python, typed in WHOLE.items():
+        text = text.replace(python, typed)
+
+    def typed_option(found: re.Match[str]) -> str:
+        name, value = found["name"], found["value"] or ""
+        listed = re.sub(r"[\[\]'\"]", "", value).replace(", ", ",")
+        told = SPELLED.get(name, "--" + name.replace("_", "-"))
+        place = f" of subgoal {other.__name__}" if other is not None and name in foreign else ""
+        return (f"{told} {quote(listed)}" if listed else told) + place
+
+    names = "|".join(sorted(own | foreign, key=len, reverse=True))
+    return re.sub(rf"(?<![^\s(])(?P<name>{names})=(?P<value>{VALUE})?", typed_option, text)
