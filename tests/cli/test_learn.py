@@ -224,9 +224,14 @@ def test_what_is_given_beside_learn_all_stays_as_it_is(subgoal, corner: Path, tm
     monkeypatch.setattr("subgoal.irl.learn.PRELIMINARY", {"chains": 1, "draws": 8, "warmup": 8, "thin": 1})
     monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
     out = tmp_path / "out"
-    words = ("--learn-all", "-a", "5", "-e", "0.5", "--epsilon", "2", "--draws", "3", "--warmup", "0", "-q")
-    assert subgoal("learn", corner, *words, "--out", out).code == 0
-    settings = json.loads((out / "summary.json").read_text())["settings"]
+    words = ("--learn-all", "-a", "5", "-e", "0.5", "--epsilon", "2", "--draws", "3", "--warmup", "0")
+    answer = subgoal("learn", corner, *words, "--out", out)
+    assert answer.code == 0
+    assert "each observation counts as" in answer.out
+    summary = json.loads((out / "summary.json").read_text())
+    assert set(summary["learned"]) == {"persistence"}
+    assert summary["weight_of_evidence"]["settled"] in (True, False)
+    settings = summary["settings"]
     assert (settings["confidence"], settings["concentration"], settings["thin"]) == (5.0, 0.5, 5)
     assert settings["model"].startswith("Persistent")
     assert set(library.load(out / "posterior.npz").parameters) == {"persistence"}

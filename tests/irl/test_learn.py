@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from subgoal.answers.evidence import Evidence
+from subgoal.irl import learn as module
 from subgoal.irl.learn import learn
 from subgoal.likelihood.table import LogLikelihood
+from subgoal.posterior.archive import load, save
+from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.errors import InputError, StoppedError
 from subgoal.runtime.progress import Silent
 from tests.posterior.worlds import corner_likelihood
@@ -44,6 +49,28 @@ def test_every_round_is_shown_and_then_the_run() -> None:
     assert heard.notes[-1] == ""
     told = [note for note in dict.fromkeys(heard.notes) if note]
     assert told == [f"what an observation is worth, round {k}" for k in range(1, len(told) + 1)]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_weight_that_settles_is_said_to_have() -> None:
+    assert learn(corner_likelihood(), draws=8, warmup=4, thin=1, workers=1).weight_settled is True
+
+
+def test_a_weight_that_does_not_settle_is_said_not_to_have(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """With one round only, and errors whose weight is far from the first guess of 1."""
+    monkeypatch.setattr(module, "ROUNDS", 1)
+    monkeypatch.setattr(module, "evidence", lambda trial: Evidence(np.ones(1), 4.0, 0.25))
+    with pytest.warns(ConvergenceWarning, match="has not settled"):
+        made = learn(corner_likelihood(), draws=8, warmup=4, thin=1, workers=1)
+    assert made.weight_settled is False
+    assert made.likelihood.weight[0] == 0.25
+    assert load(save(made, tmp_path / "made.npz")).weight_settled is False
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_weights_that_were_given_are_not_sought() -> None:
+    made = learn(corner_likelihood().weighted(0.5), draws=8, warmup=4, thin=1, workers=1)
+    assert made.weight_settled is None
 
 
 def test_a_plain_table_is_sent_to_sample() -> None:

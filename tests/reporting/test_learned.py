@@ -11,7 +11,15 @@ import pytest
 from subgoal import models
 from subgoal.answers.evidence import Evidence
 from subgoal.posterior.posterior import Posterior
-from subgoal.reporting.learned import counting_section, counting_words, in_time, learned_section
+from subgoal.reporting.learned import (
+    counting_section,
+    counting_words,
+    in_time,
+    learned_numbers,
+    learned_section,
+    weight_numbers,
+    weight_told,
+)
 from tests.answers.made import posterior_of
 from tests.posterior.worlds import corner_likelihood, quiet_sample
 from tests.reporting.made import PLACES, cells, changing
@@ -99,6 +107,42 @@ def test_weight_and_correlation_are_in_the_section_and_too_little_is_told_in_red
     assert "a weight of 0.17" in html
     monkeypatch.setattr("subgoal.reporting.learned.evidence", lambda posterior: Evidence(np.ones(1), 2.0, 0.5))
     assert 'class="fail"' not in counting_section(learned())
+
+
+def test_numbers_for_the_summary_are_means_and_intervals_of_the_draws() -> None:
+    made, found = learned(), learned_numbers(learned())
+    assert set(found) == {"concentration", "persistence", "persistence_at_the_subgoal", "noise_levels"}
+    kept = made.parameters["persistence"]
+    assert found["persistence"]["mean"] == pytest.approx(kept.mean())
+    assert found["persistence"]["interval_95"] == pytest.approx(np.quantile(kept, [0.025, 0.975]))
+    levels, unit = made.parameters["noise levels"], made.likelihood.source.unit
+    assert [level["confidence"] for level in found["noise_levels"]] == [0.25 * unit, 4.0 * unit]
+    assert found["noise_levels"][1]["mean"] == pytest.approx(levels[..., 1].mean())
+    assert found["noise_levels"][1]["interval_95"] == pytest.approx(np.quantile(levels[..., 1], [0.025, 0.975]))
+    assert learned_numbers(replace(made, parameters={"of each candidate": np.ones((2, 40, 9))})) == {}
+
+
+def test_weights_for_the_summary() -> None:
+    assert weight_numbers(learned()) == {
+        "mean": 0.5, "least": 0.5, "most": 0.5, "observations_count_as": 40.0, "settled": None
+    }  # fmt: skip
+    table = learned().likelihood
+    uneven = replace(learned(), likelihood=table.weighted(np.linspace(0.25, 1.0, 80)), weight_settled=False)
+    told = weight_numbers(uneven)
+    assert (told["least"], told["most"], told["settled"]) == (0.25, 1.0, False)
+    assert weight_numbers(replace(learned(), likelihood=replace(table, weight=None)))["observations_count_as"] == 80
+    assert weight_numbers(replace(learned(), likelihood=None)) is None
+
+
+def test_a_weight_that_has_not_settled_is_told() -> None:
+    assert weight_told(learned()) == ""
+    assert (
+        weight_told(replace(learned(), weight_settled=True)) == "each observation counts as 0.5 of an independent one"
+    )
+    loose = replace(learned(), weight_settled=False)
+    assert "WARNING: what an observation is worth has not settled in 8 rounds" in weight_told(loose)
+    assert '<p class="fail">What an observation is worth has not settled' in counting_section(loose)
+    assert "settled" not in counting_section(learned())
 
 
 def test_time_of_observations() -> None:

@@ -11,6 +11,7 @@ from rich.table import Table
 from subgoal.plots.words import counted, decimals, trajectories
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
+from subgoal.reporting.learned import weight_told
 from subgoal.reporting.results import Results
 
 MUCH = 0.05
@@ -45,6 +46,8 @@ def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
     console.print(table)
     colour = "green" if posterior.status is Status.CONVERGED else "red"
     console.print(posterior.status.value, style=colour, markup=False, soft_wrap=True)
+    if weight_told(posterior):
+        console.print(weight_told(posterior), markup=False, soft_wrap=True)
     for what, number in demos.source.notes.items():
         much = "warning: " if number > MUCH * demos.n_observations else ""
         console.print(f"{much}on the way in: {what.replace('_', ' ')}: {number}", markup=False, soft_wrap=True)

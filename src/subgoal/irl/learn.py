@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from typing import Any
 
 from subgoal.answers.evidence import evidence
@@ -21,6 +22,7 @@ from subgoal.runtime.progress import Noted, Progress, Silent
 ROUNDS = 8
 CLOSE = 0.1
 """Weights within 10 % are the same."""
+UNSETTLED = f"what an observation is worth has not settled in {ROUNDS} rounds; the weight of the last one is used"
 PRELIMINARY: dict[str, Any] = {"chains": 2, "draws": 60, "warmup": 200, "thin": 5}
 PERSISTENT = Persistent()
 CONCENTRATION = Gamma()
@@ -44,7 +46,9 @@ def learn(
 
     Observations in quick succession share their errors, so that each counts as ``evidence(posterior).weight`` of an
     independent one. Short preliminary runs find the weight that agrees with the errors it leaves, from 1 downwards; it
-    is kept in ``Posterior.likelihood.weight``. A likelihood that has weights already keeps them.
+    is kept in ``Posterior.likelihood.weight``. A likelihood that has weights already keeps them. If the weight has not
+    settled after eight rounds, the last one is used, ``Posterior.weight_settled`` is False, and a
+    ``ConvergenceWarning`` says so.
 
     Parameters
     ----------
@@ -69,13 +73,18 @@ def learn(
                               "concentration=subgoal.models.Gamma())")  # fmt: skip
     learned: dict[str, Any] = {"model": model, "concentration": concentration, "confidence": confidence}
     common: dict[str, Any] = {**learned, "seed": seed, "workers": workers}
+    settled = None
     if likelihood.weight is None:
-        likelihood = likelihood.weighted(_worth(likelihood, common, sampling.get("progress") or Silent()))
-    return sample(likelihood, **common, draws=draws, warmup=warmup, thin=thin, **sampling)
+        weight, settled = _worth(likelihood, common, sampling.get("progress") or Silent())
+        likelihood = likelihood.weighted(weight)
+    made = sample(likelihood, **common, draws=draws, warmup=warmup, thin=thin, **sampling)
+    if settled is False:
+        warnings.warn(UNSETTLED, ConvergenceWarning, stacklevel=2)
+    return replace(made, weight_settled=settled)
 
 
-def _worth(likelihood: LogLikelihood, common: dict[str, Any], display: Progress) -> float:
-    """The weight of an observation that agrees with the errors it leaves, found in short runs."""
+def _worth(likelihood: LogLikelihood, common: dict[str, Any], display: Progress) -> tuple[float, bool]:
+    """The weight of an observation that agrees with the errors it leaves, found in short runs; whether it settled."""
     weight = 1.0
     with Interrupt() as interrupt:
         for round_ in range(1, ROUNDS + 1):
@@ -87,5 +96,5 @@ def _worth(likelihood: LogLikelihood, common: dict[str, Any], display: Progress)
                 raise StoppedError("stopped while it was found what an observation is worth: there are no draws yet")
             before, weight = weight, evidence(trial).weight
             if abs(weight - before) <= CLOSE * before:
-                break
-    return weight
+                return weight, True
+    return weight, False

@@ -69,7 +69,7 @@ def save(posterior: Posterior, path: str | Path) -> Path:
         "diagnostics": {name: asdict(each) for name, each in posterior.diagnostics.items()},
         "names": demos.names, "units": demos.units, "trajectory_names": demos.trajectory_names,
         "time_unit": demos.time_unit, "source": asdict(demos.source), "groups": demos.groups,
-        "candidate_names": candidates.names, "radius": candidates.radius,
+        "candidate_names": candidates.names, "radius": candidates.radius, "weight_settled": posterior.weight_settled,
     }  # fmt: skip
     path = Path(path)
     write_archive(path, KIND, header, arrays, keep_previous=False)
@@ -119,7 +119,7 @@ def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Poste
         traces=_prefixed(arrays, "trace_"), parameters=_prefixed(arrays, "parameter_"),
         diagnostics={name: Diagnostic(**each) for name, each in header["diagnostics"].items()},
         status=Status[header["status"]], uninformative=arrays["uninformative"], seconds=header["seconds"],
-        likelihood=remade, redraws=_redraws(arrays),
+        likelihood=remade, redraws=_redraws(arrays), weight_settled=header.get("weight_settled"),
     )  # fmt: skip
 
 

@@ -120,6 +120,9 @@ class Posterior:
         The gate, per label-invariant summary and in one word.
     likelihood:
         The table the draws are from; None for a loaded posterior whose table cannot be made again.
+    weight_settled:
+        Whether the weight of an observation that ``learn`` came to agrees with the errors it leaves; None where none
+        was sought.
     """
 
     demonstrations: Demonstrations
@@ -139,6 +142,7 @@ class Posterior:
     parameters: dict[str, NDArray[Any]] = field(default_factory=dict)
     redraws: CountDraws | None = None
     likelihood: LogLikelihood | None = None
+    weight_settled: bool | None = None
 
     def __repr__(self) -> str:
         made = f"{self.n_chains} chains × {self.n_draws} draws of {self.settings.sampler}"

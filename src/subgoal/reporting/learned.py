@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from subgoal.answers.evidence import Evidence, evidence
+from subgoal.irl.learn import UNSETTLED
 from subgoal.likelihood.fixed_table import FixedTable
 from subgoal.likelihood.source import Levels
 from subgoal.plots.words import counted
@@ -31,6 +32,55 @@ SAME = 0.25
 """The weight and the correlation left agree where their product is within this of one."""
 FULL = 1.2
 """Up to this autocorrelation time, observations are as good as independent."""
+
+
+def learned_numbers(posterior: Posterior) -> dict[str, Any]:
+    """Mean and 95 % interval of each learned number over the draws, for ``summary.json``; empty without any.
+
+    Noise is a list: each level of confidence, with its share of the actions. Numbers of each candidate are left out.
+    """
+    found: dict[str, Any] = {
+        name.replace(" ", "_"): _mean_and_interval(draws)
+        for name, draws in posterior.parameters.items()
+        if draws.ndim == 2
+    }
+    draws, law = (
+        posterior.parameters.get(LEVELS),
+        None if posterior.likelihood is None else posterior.likelihood.confidence,
+    )
+    if draws is not None and isinstance(law, Levels):
+        found[LEVELS.replace(" ", "_")] = [
+            {"confidence": alpha, **_mean_and_interval(draws[..., m])}
+            for m, alpha in enumerate(law.confidences.tolist())
+        ]
+    return found
+
+
+def _mean_and_interval(draws: Any) -> dict[str, Any]:
+    return {"mean": float(draws.mean()), "interval_95": np.quantile(draws, [0.025, 0.975]).tolist()}
+
+
+def weight_numbers(posterior: Posterior) -> dict[str, Any] | None:
+    """What observations count, for ``summary.json``; None where the likelihood is lost.
+
+    The weight is found before sampling and is one number, so that it has no interval.
+    """
+    if posterior.likelihood is None:
+        return None
+    weight = posterior.likelihood.weight
+    weight = np.ones(posterior.n_observations) if weight is None else np.asarray(weight)
+    return {
+        "mean": float(weight.mean()), "least": float(weight.min()), "most": float(weight.max()),
+        "observations_count_as": float(weight.sum()), "settled": posterior.weight_settled,
+    }  # fmt: skip
+
+
+def weight_told(posterior: Posterior) -> str:
+    """What ``learn`` found an observation to be worth, in a sentence; empty where it was not sought."""
+    if posterior.weight_settled is None or posterior.likelihood is None or posterior.likelihood.weight is None:
+        return ""
+    told = f"each observation counts as {posterior.likelihood.weight[0]:.2g} of an independent one"
+    return told if posterior.weight_settled else f"{told}. WARNING: {UNSETTLED}"
 
 
 def learned_section(posterior: Posterior) -> str:
@@ -93,6 +143,7 @@ def counting_section(posterior: Posterior) -> str:
     weight = np.ones(posterior.n_observations) if likelihood.weight is None else np.asarray(likelihood.weight)
     sentence, fine = counting_words(posterior, weight, found)
     alarm = "" if fine else f'<p class="fail">{text(too_sure(found))}</p>'
+    alarm += f'<p class="fail">{text(UNSETTLED.capitalize())}.</p>' if posterior.weight_settled is False else ""
     rows = [
         ("Observations", f"{posterior.n_observations:,}"),
         ("Weight of each", _weights(weight)),

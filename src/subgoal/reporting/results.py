@@ -19,6 +19,7 @@ from subgoal.posterior.archive import save
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.reporting.groups import shares_of_groups
+from subgoal.reporting.learned import learned_numbers, weight_numbers
 from subgoal.reporting.page import report
 from subgoal.runtime.errors import InputError
 
@@ -135,6 +136,8 @@ def summary(posterior: Posterior, found: Subgoals, cut: Segments) -> dict[str, A
         "diagnostics": {name: _finite(asdict(each)) for name, each in posterior.diagnostics.items()},
         "observations": demos.n_observations,
         "trajectories": demos.n_trajectories,
+        "learned": learned_numbers(posterior),
+        "weight_of_evidence": weight_numbers(posterior),
         "uninformative_observations": int(posterior.uninformative.sum()),
         "candidates": posterior.candidates.n_candidates,
         "candidate_radius": posterior.candidates.radius,

@@ -123,6 +123,7 @@ def provenance_table(posterior: Posterior, found: Subgoals) -> str:
     facts = {
         "data": f"{source.name} {f'(checksum {source.checksum[:16]})' if source.checksum else ''}",
         "observations": f"{demos.n_observations:,} in {trajectories(demos.n_trajectories)}",
+        "unit of the times": "none" if demos.times is None else demos.time_unit,
         **{f"data: {what}": f"{count:,}" for what, count in source.notes.items()},
         "observations that say nothing": f"{slow:,} (kept; every candidate is as likely)",
         "candidates": f"{posterior.candidates.n_candidates:,}, radius {radius:.4g} {demos.units}",
