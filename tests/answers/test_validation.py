@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -288,3 +291,25 @@ def test_what_cannot_be_left_out() -> None:
         leave_one_out(replace(posterior, likelihood=None))
     with pytest.raises(InputError, match="weighed"):
         leave_one_out(fit(walks([3, 3, 3]), draws=60, sampler=subgoal.samplers.alg4_literal))
+
+
+def test_leaving_one_out_needs_no_extra() -> None:
+    """In a process that has none of the packages of the extra ``arviz``."""
+    code = """
+import sys
+
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("xarray", "arviz_base", "xarray_einstats"):
+            raise ModuleNotFoundError(name)
+
+
+sys.meta_path.insert(0, Missing())
+from tests.answers.test_validation import fit, walks
+from subgoal.answers.validation import leave_one_out
+
+print(leave_one_out(fit(walks([4, 5, 3]), draws=60)).pareto_k.size, "xarray" in sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[2], capture_output=True, text=True)
+    assert done.stdout.split() == ["3", "False"], done.stderr[-2000:]

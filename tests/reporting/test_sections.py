@@ -21,8 +21,9 @@ from subgoal.posterior.posterior import Posterior
 from subgoal.reporting import report
 from subgoal.reporting.boundaries import boundary_section, shown_trajectory, told_of
 from subgoal.reporting.groups import group_figure, largest_difference, shares_of_groups
-from subgoal.reporting.results import write_results
+from subgoal.reporting.results import summary, write_results
 from subgoal.reporting.sensitivity import rate_section, rate_words, sensitivity_section
+from subgoal.reporting.tables import subgoal_table
 from tests.answers.made import posterior_of
 from tests.plots.example import EVIL, example
 from tests.posterior.worlds import quiet_sample
@@ -142,6 +143,38 @@ def test_boundaries_of_the_trajectory_with_the_most_segments() -> None:
 def test_how_many_boundaries_are_sure(sure: float, words: str) -> None:
     posterior = changing()
     assert words in told_of(posterior, cut_of([1, 0, 0, 1, 0, 0, 0, 0, sure], posterior), 1)
+
+
+@pytest.mark.parametrize(
+    ("model", "chances", "words"),
+    [
+        ("exchangeable", [0.9] * 5, "The 3 segments above have 2 changes between them: "
+         "segments follow the most probable subgoal of each step, while expected changes are those within a draw, and "
+         "in this model, in which nothing"),
+        ("Grouped([0, 1])", [0.9] * 5, "steps that are unsure switch to and fro."),
+        ("Persistent()", [0.9] * 5, "expected changes are those within a draw."),
+        ("exchangeable", [0.1] * 5, "expected changes are those within a draw."),
+        ("exchangeable", [0.5] * 5, "a change whose moment is not known."),
+    ],
+)  # fmt: skip
+def test_why_expected_changes_are_not_those_between_segments(model: str, chances: list[float], words: str) -> None:
+    posterior = replace(changing(), settings=replace(changing().settings, model=model))
+    told = told_of(posterior, cut_of([1, 0, 0, 1, *chances], posterior), 1)
+    assert words in told
+    assert ("segments above" in told) == (chances[0] != 0.5)
+    assert ("to and fro" in told) == (chances[0] == 0.9 and model != "Persistent()")
+
+
+def test_places_that_are_listed_and_not_counted_are_marked() -> None:
+    draws = np.array([[0] * 48 + [1] * 2] * 4)
+    posterior = posterior_of(draws, PLACES)
+    found = subgoals(posterior)
+    assert (len(found), found.n_subgoals) == (2, 1)
+    first, second = cells(subgoal_table(posterior, found), "Subgoal")
+    assert "not counted" not in first
+    assert "not counted: below 5 %" in second
+    told = summary(posterior, found, segments(posterior, found))
+    assert (told["n_subgoals"], [goal["counted"] for goal in told["subgoals"]]) == (1, [True, False])
 
 
 def rerun(setting: str, kind: str, **other: Any) -> Rerun:

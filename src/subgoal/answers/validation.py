@@ -135,6 +135,8 @@ def leave_one_out(posterior: Posterior, *, draws: int = LOO_DRAWS, seed: int = 0
     Where each step is a trajectory of its own, single steps are left out: as in ``cross_validate``, that is meant for
     steps that do not follow each other.
 
+    The weights are smoothed by ``arviz_stats``, which comes with the library: the extra ``arviz`` is not needed.
+
     Parameters
     ----------
     draws:

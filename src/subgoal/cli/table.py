@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from subgoal.answers.subgoals import COUNTED_FROM, Subgoals, reaches
 from subgoal.plots.words import counted, decimals, trajectories
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
@@ -16,6 +17,13 @@ from subgoal.reporting.results import Results
 
 MUCH = 0.05
 """Counts of rows dropped or changed above this share of the observations are told as a warning."""
+SMALL = "* below 5 %: listed, not counted"
+
+
+def smaller(found: Subgoals) -> str:
+    """ ", and 1 smaller place", those that are listed and not counted."""
+    places = len(found) - found.n_subgoals
+    return f", and {counted(places, 'smaller place')}" if places else ""
 
 
 def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
@@ -33,17 +41,20 @@ def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
     for item in found:
         low, high = item.share_interval
         table.add_row(
-            str(item.label), escape(item.name), *(f"{x:.{digits}f}" for x in item.position), f"{item.share:.1%}",
+            f"{item.label}{'' if reaches(item.share, COUNTED_FROM) else '*'}", escape(item.name),
+            *(f"{x:.{digits}f}" for x in item.position), f"{item.share:.1%}",
             f"{low:.1%} to {high:.1%}", f"{item.inclusion:.2f}", f"{item.radius:.3g}",
         )  # fmt: skip
     count, rows = counted(found.n_subgoals, "subgoal"), counted(demos.n_observations, "observation")
     console.print(
-        f"{count} with at least 5 % of {rows} in {trajectories(demos.n_trajectories)} "
+        f"{count} with at least 5 % of {rows} in {trajectories(demos.n_trajectories)}{smaller(found)} "
         f"({counted(len(results.cut), 'segment')})",
         markup=False,
         soft_wrap=True,
     )
     console.print(table)
+    if smaller(found):
+        console.print(SMALL, markup=False, soft_wrap=True)
     colour = "green" if posterior.status is Status.CONVERGED else "red"
     console.print(posterior.status.value, style=colour, markup=False, soft_wrap=True)
     if weight_told(posterior):

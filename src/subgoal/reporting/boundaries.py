@@ -12,7 +12,7 @@ from subgoal.plots.shown import clock_of, is_unordered
 from subgoal.plots.strips import strip_bars
 from subgoal.plots.style import INK
 from subgoal.plots.words import counted
-from subgoal.posterior.posterior import Posterior
+from subgoal.posterior.posterior import EXCHANGEABLE, Posterior
 from subgoal.reporting.interactive import axis, layout, segment_bars
 from subgoal.reporting.pieces import lead, section
 
@@ -46,6 +46,20 @@ def told_of(posterior: Posterior, cut: Segments, trajectory: int) -> str:
         f"Trajectory {demos.trajectory_names[trajectory]}: {inside.sum():.1f} changes of subgoal are expected, and "
         f"{steps} a sure one (at least 90 %). A tall thin bar is "
         "a cut at a known moment; a low wide hill is a change whose moment is not known."
+        + why_not_as_many(posterior, cut, trajectory, float(inside.sum()))
+    )
+
+
+def why_not_as_many(posterior: Posterior, cut: Segments, trajectory: int, expected: float) -> str:
+    """Why the changes that are expected are not those between the segments; empty where they are about as many."""
+    count = sum(segment.trajectory == trajectory for segment in cut)
+    if abs(expected - (count - 1)) < 1:
+        return ""
+    loose = expected > count and posterior.settings.model.startswith((EXCHANGEABLE, "Grouped("))
+    why = ", and in this model, in which nothing lasts, steps that are unsure switch to and fro" if loose else ""
+    return (
+        f" The {counted(count, 'segment')} above have {counted(count - 1, 'change')} between them: segments follow the "
+        f"most probable subgoal of each step, while expected changes are those within a draw{why}."
     )
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from subgoal.answers.residuals import residuals
 from subgoal.answers.segments import OTHER, Segments, segments
-from subgoal.answers.subgoals import Subgoals, subgoals
+from subgoal.answers.subgoals import COUNTED_FROM, Subgoals, reaches, subgoals
 from subgoal.irl.reruns import Sensitivity
 from subgoal.posterior.archive import save
 from subgoal.posterior.diagnostics import Status
@@ -125,7 +125,7 @@ def summary(posterior: Posterior, found: Subgoals, cut: Segments) -> dict[str, A
         "n_subgoals_distribution": found.n_subgoals_distribution,
         "subgoals": [
             {"label": g.label, "name": g.name, "position": g.position.tolist(), "share": g.share, "radius": g.radius,
-             "inclusion": g.inclusion}
+             "inclusion": g.inclusion, "counted": reaches(g.share, COUNTED_FROM)}
             for g in found
         ],
         "n_segments": len(cut),

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from subgoal.answers.segments import Segments
-from subgoal.answers.subgoals import COUNTED_FROM, CREDIBLE, LISTED_FROM, Subgoals
+from subgoal.answers.subgoals import COUNTED_FROM, CREDIBLE, LISTED_FROM, Subgoal, Subgoals, reaches
 from subgoal.plots.style import colour, ink_on, with_unit
 from subgoal.plots.words import compact, decimals, extent_of, percent, trajectories
 from subgoal.posterior.posterior import Posterior
@@ -70,7 +70,7 @@ def subgoal_table(posterior: Posterior, found: Subgoals) -> str:
     for k, goal in enumerate(found.listed):
         low, high = goal.share_interval
         rows.append((
-            chip(k) + (text(goal.name) if goal.name != f"subgoal {goal.label}" else ""),
+            chip(k) + (text(goal.name) if goal.name != f"subgoal {goal.label}" else "") + _not_counted(goal),
             compact(goal.position, extent),
             f"{short(goal.share)} <small>{100 * low:.0f}–{100 * high:.0f} %</small>",
             short(goal.inclusion),
@@ -80,6 +80,11 @@ def subgoal_table(posterior: Posterior, found: Subgoals) -> str:
     position, radius = (text(with_unit(what, unit)) for what in ("Position", "Radius"))
     heads = ("Subgoal", position, "Share", f"P(≥ {percent(LISTED_FROM)})", "Members", radius)
     return table(heads, rows)
+
+
+def _not_counted(goal: Subgoal) -> str:
+    below = f"below {percent(COUNTED_FROM)}"
+    return "" if reaches(goal.share, COUNTED_FROM) else f" <small>not counted: {text(below)}</small>"
 
 
 def segment_table(posterior: Posterior, found: Subgoals, cut: Segments) -> str:
