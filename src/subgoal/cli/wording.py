@@ -8,10 +8,9 @@ from collections.abc import Callable
 from shlex import quote
 from typing import Any
 
-SPELLED = {"thin": "--thin-radius", "model": "--learn-all"}
+SPELLED = {"thin": "--thin-radius"}
 """Arguments whose option has another name."""
-WHOLE = {"model=None": "no --learn-all", "subgoal.learn(likelihood) (--learn-all)": "--learn-all"}
-"""What is told otherwise as a whole."""
+WITHOUT_MODEL = ("model=None", "no --learn-all")
 VALUE = r"\[[^\]]*\]|'[^']*'|\"[^\"]*\"|\w+(?:\.\w+)*"
 
 
@@ -22,8 +21,7 @@ def as_typed(text: str, command: Callable[..., Any], other: Callable[..., Any] |
     """
     own = set(inspect.signature(command).parameters)
     foreign = set(inspect.signature(other).parameters) - own if other is not None else set()
-    for python, typed in WHOLE.items():
-        text = text.replace(python, typed)
+    text = text.replace(*WITHOUT_MODEL)
 
     def typed_option(found: re.Match[str]) -> str:
         name, value = found["name"], found["value"] or ""

@@ -168,8 +168,8 @@ def refuse_lone_steps(offset: Ints, model: str) -> None:
         raise InputError(
             "demonstrations", found=f"one observation in each of {offset.size - 1} trajectories",
             wanted=f"some trajectory with two, for {model} to learn from",
-            hint="trajectory= with the column that tells trajectories apart (offset, for arrays), or model=None, the "
-            "exchangeable model",
+            hint="trajectory= with the column that tells trajectories apart (offset, for arrays), a smaller every=, or "
+            "model=None, the exchangeable model",
         )  # fmt: skip
 
 
