@@ -171,7 +171,7 @@ def of_seats() -> Iterator[Row]:
             return tuple(grouped.at(table, theta)._seat(grouped.WEIGHTS)[0].tolist())
 
         wanted = seats_of(list(zip(grouped.OWN, theta, strict=True)))
-        yield "Grouped", "seats given the candidates", LAW, gap(replay.outcomes(grouped.loops, move), wanted)
+        yield "Grouped", "seats given the candidates", LAW, gap(replay.outcomes(grouped.module, move), wanted)
 
 
 def seats_of(pairs: Sequence[tuple[int, int]]) -> dict[Any, float]:

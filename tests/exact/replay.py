@@ -10,17 +10,18 @@ from typing import Any
 
 import numpy as np
 
+LOOPS = "subgoal._kernels"
 Chooser = Callable[[np.ndarray, int, Any], int]
 
 
 @contextmanager
-def python_form(module: ModuleType, chooser: Chooser) -> Iterator[ModuleType]:
+def python_form(module: ModuleType, chooser: Chooser | None = None) -> Iterator[ModuleType]:
     """The module, and those whose loops it calls, with compiled functions replaced by their Python forms.
 
-    Every draw is made by ``chooser``.
+    Every draw is made by ``chooser``, where one is given.
     """
     kept = [(each, name, loop) for each in with_called(module) for name, loop in loops_in(each)]
-    draws = {"choose": chooser, "choose_of": lambda weights, count, _, generator: chooser(weights, count, generator)}
+    draws = {} if chooser is None else primitives(chooser)
     try:
         for each, name, loop in kept:
             setattr(each, name, draws.get(name, plain(loop)))
@@ -28,6 +29,24 @@ def python_form(module: ModuleType, chooser: Chooser) -> Iterator[ModuleType]:
     finally:
         for each, name, loop in kept:
             setattr(each, name, loop)
+
+
+def primitives(chooser: Chooser) -> dict[str, Callable[..., Any]]:
+    """Those of ``draws``, each made by ``chooser``."""
+
+    def choose_listed(first: int, following: np.ndarray, sizes: np.ndarray, total: int, generator: Any) -> int:
+        listed = [first]
+        while following[listed[-1]] >= 0:
+            listed.append(int(following[listed[-1]]))
+        assert sizes[listed].sum() == total
+        return listed[chooser(sizes[listed].astype(float), len(listed), generator)]
+
+    return {
+        "choose": chooser,
+        "choose_of": lambda weights, count, _, generator: chooser(weights, count, generator),
+        "choose_listed": choose_listed,
+        "opens": lambda _, __, seated, mass, generator: chooser(np.array([seated, mass]), 2, generator) == 1,
+    }
 
 
 def plain(loop: Any) -> Any:
@@ -38,14 +57,16 @@ def plain(loop: Any) -> Any:
 def loops_in(module: ModuleType) -> list[tuple[str, Any]]:
     """Names and loops that a module can call."""
     held = [(name, value) for name, value in vars(module).items() if callable(value)]
-    return [(name, value) for name, value in held if str(plain(value).__module__).startswith("subgoal._kernels")]
+    return [(name, value) for name, value in held if str(plain(value).__module__).startswith(LOOPS)]
 
 
 def with_called(module: ModuleType) -> list[ModuleType]:
-    """The module, all from which it has loops, and those from which these have."""
+    """The module, those of loops that it names, all from which it has loops, and those from which these have."""
     found = [module]
     for each in found:
-        homes = (sys.modules[plain(loop).__module__] for _, loop in loops_in(each))
+        named = (value for value in vars(each).values() if isinstance(value, ModuleType))
+        homes = [value for value in named if value.__name__.startswith(LOOPS)]
+        homes += [sys.modules[plain(loop).__module__] for _, loop in loops_in(each)]
         found += [home for home in dict.fromkeys(homes) if home not in found]
     return found
 

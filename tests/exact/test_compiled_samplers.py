@@ -12,7 +12,6 @@ from scipy.integrate import quad
 from scipy.stats import beta, chi2
 
 from subgoal import samplers
-from subgoal._kernels.draws import choose
 from subgoal.partition.protocol import Chain
 from subgoal.runtime.errors import InputError
 from tests.exact.laws import LOOPS, MORE, WALLED, state_at, sweep_law
@@ -59,7 +58,7 @@ def test_tiled_table_is_refused_and_another_sampler_named(sampler) -> None:
 def test_compiled_is_the_python_form_bit_for_bit(sampler) -> None:
     keep, likelihood = np.ones(4, bool), likelihood_of(walled_table()[:12, :5], np.full(5, 0.2))
     compiled = sampler(Chain(likelihood, 2.0, np.random.default_rng(3)), keep)
-    with python_form(LOOPS[sampler], getattr(choose, "py_func", choose)):
+    with python_form(LOOPS[sampler]):
         plain = sampler(Chain(likelihood, 2.0, np.random.default_rng(3)), keep)
     np.testing.assert_array_equal(compiled.assignments, plain.assignments)
     np.testing.assert_allclose(compiled.log_joint, plain.log_joint, rtol=1e-14)

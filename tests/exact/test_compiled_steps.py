@@ -41,11 +41,9 @@ def test_tiled_table_gives_the_draws_of_the_whole_one(sampler) -> None:
 
 @pytest.mark.parametrize(("sampler", "module"), list(zip(SHIPPED, [collapsed_blocks, alg4], strict=True)))
 def test_compiled_is_the_python_form_bit_for_bit(sampler, module) -> None:
-    from subgoal._kernels.draws import choose
-
     keep, likelihood = np.ones(4, bool), likelihood_of(wide_table(12, 5), np.full(5, 0.2))
     compiled = sampler(Chain(likelihood, 2.0, np.random.default_rng(3)), keep)
-    with python_form(module, choose.py_func):
+    with python_form(module):
         plain = sampler(Chain(likelihood, 2.0, np.random.default_rng(3)), keep)
     np.testing.assert_array_equal(compiled.assignments, plain.assignments)
     np.testing.assert_allclose(compiled.log_joint, plain.log_joint, rtol=1e-14)

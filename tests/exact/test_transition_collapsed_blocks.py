@@ -7,6 +7,7 @@ import pytest
 
 from subgoal._kernels import collapsed_blocks as loops
 from subgoal._kernels.counts import recount
+from subgoal._kernels.seating import seating_for
 from tests.exact.replay import matrix, outcomes
 from tests.oracles.tables import PRIOR, TABLES, assignment_posterior
 
@@ -25,27 +26,26 @@ class Arrays:
         self.relative = np.exp(log_table - marginal[:, None])
         self.theta = np.array(theta, np.int32)
         self.counts, self.active, self.place = (np.zeros(g_count, np.int64) for _ in range(3))
-        self.first = np.full(g_count, -1, np.int64)
-        self.table_of, self.following, self.sizes, self.dishes, self.slots = (np.zeros(n, np.int64) for _ in range(5))
+        self.seating, self.dishes, self.held = seating_for(n, g_count), np.zeros(n, np.int64), np.zeros(g_count)
         self.work, self.sums = np.zeros(max(n, g_count) + 1), np.zeros((n + 1, g_count))
         self.k = int(recount(self.theta, self.counts, self.active, self.place))
+        loops.largest_first(self.counts, self.active, self.place, self.held, self.k)
 
 
 def move_site(i: int, theta, log_table, prior, eta):
     a = Arrays(theta, log_table, prior)
-    loops.redraw_rows(i, a.relative[i : i + 1], a.theta, a.counts, a.active, a.place, a.k, eta, prior, a.work, None)
+    k = loops.redraw_rows(i, a.relative[i : i + 1], a.theta, a.active, a.place, a.held, a.k, eta, prior, a.work, None)
     check = Arrays(tuple(a.theta), log_table, prior)
-    assert (a.counts == check.counts).all()
+    assert dict(zip(a.active[:k], a.held[:k], strict=True)) == {g: n for g, n in enumerate(check.counts) if n > 0}
+    assert [int(a.place[g]) for g in a.active[:k]] == list(range(k))
+    assert (a.place[check.counts == 0] == -1).all()
     return tuple(int(g) for g in a.theta)
 
 
 def move_all_blocks(theta, log_table, prior, eta):
     a = Arrays(theta, log_table, prior)
-    n_tables = loops.seat_rows(
-        0, log_table, a.theta, prior, eta, a.table_of, a.first, a.following, a.sizes, a.sums, 0, a.work, a.slots,
-        None,
-    )  # fmt: skip
-    loops.move_blocks(n_tables, a.sums, a.log_prior, a.table_of, a.theta, a.dishes, a.work, None)
+    n_tables = loops.seat_rows(0, log_table, a.theta, eta * prior, a.seating, a.sums, 0, None)
+    loops.move_blocks(n_tables, a.sums, a.log_prior, a.seating.table_of, a.theta, a.dishes, a.work, None)
     return tuple(int(g) for g in a.theta)
 
 

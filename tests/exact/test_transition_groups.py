@@ -13,7 +13,6 @@ from scipy.special import roots_genlaguerre
 
 import subgoal.partition.groups as module
 import subgoal.partition.together as together_module
-from subgoal._kernels import collapsed_blocks
 from subgoal._kernels import groups as loops
 from subgoal.partition.groups import Grouped, _Franchise
 from subgoal.partition.learning import Learning
@@ -108,7 +107,7 @@ def test_seats_have_their_exact_law(theta) -> None:
         assert n_tables == len(set(table_of.tolist()))
         return tuple(int(t) for t in table_of)
 
-    found = outcomes(loops, move)
+    found = outcomes(module, move)
     assert max(abs(found.get(labels, 0.0) - p) for labels, p in wanted.items()) <= 1e-13
 
 
@@ -136,7 +135,7 @@ def test_moves_of_tables_leave_the_posterior_invariant(seats, together: bool, mo
         assert (tables.counts.sum(axis=0) == np.bincount(tables.theta, minlength=2)).all()
         return found
 
-    step = matrix(states, lambda dishes: outcomes(collapsed_blocks, lambda: move(dishes)))
+    step = matrix(states, lambda dishes: outcomes(together_module, lambda: move(dishes)))
     assert np.abs(pi @ step - pi).sum() <= 1e-12
     assert np.abs(step - np.eye(len(states))).max() >= 0.1
 

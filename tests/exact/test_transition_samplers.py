@@ -44,9 +44,10 @@ def move_redraw(i: int, theta, table: np.ndarray, eta: float) -> tuple[int, ...]
     g_count = len(PRIOR)
     counts, active, place = (np.zeros(g_count, np.int64) for _ in range(3))
     drawn, work = np.array(theta, np.int32), np.zeros(max(len(theta), g_count) + 1)
-    k = recount(drawn, counts, active, place)
+    held, k = np.zeros(g_count), recount(drawn, counts, active, place)
+    collapsed.largest_first(counts, active, place, held, k)
     relative = relative_of(table, PRIOR)[i : i + 1]
-    collapsed.redraw_rows(i, relative, drawn, counts, active, place, k, eta, PRIOR, work, None)
+    collapsed.redraw_rows(i, relative, drawn, active, place, held, k, eta, PRIOR, work, None)
     return tuple(drawn.tolist())
 
 

@@ -14,6 +14,7 @@ from tests.planted.world_bugs import WORLDS
 BLOCKS, ALG4, COUNTS = "_kernels/collapsed_blocks.py", "_kernels/alg4.py", "_kernels/counts.py"
 DIRECTIONS, SAMPLE, STORED = "_kernels/directions.py", "posterior/sample.py", "storage/archive.py"
 ASSEMBLE, SEATING = "posterior/assemble.py", "_kernels/seating.py"
+DRAWS_IN, PRIMITIVES = "_kernels/draws.py", "exact/test_draws.py::test_"
 SITES = "exact/test_transition_collapsed_blocks.py::test_every_site_move_is_reversible[generic-5.0]"
 MOVES = "exact/test_transition_collapsed_blocks.py::test_block_move_leaves_the_posterior_invariant[generic-1.0]"
 TABLES = "exact/test_transition_alg4.py::test_corrected_site_moves_are_reversible_and_dish_moves_invariant[peaked-1.0]"
@@ -24,20 +25,30 @@ RESUME, STORAGE, DRAWS = "robustness/test_resume.py", "robustness/test_storage.p
 LAW = "posterior/test_posterior_law.py::test_what_a_posterior_says_of_itself_agrees"
 
 SAMPLERS = [
-    Bug("likelihood to the power 0.95 in site moves", BLOCKS, "counts[active[j]] * row[active[j]]",
-        "counts[active[j]] * relative[r, active[j]] ** 0.95", SITES),
+    Bug("likelihood to the power 0.95 in site moves", BLOCKS, "held[j] * row[active[j]]",
+        "held[j] * row[active[j]] ** 0.95", SITES),
     Bug("likelihood to the power 0.95 in block moves", BLOCKS, "below = sums[t, g] + log_prior[g] - peak",
         "below = 0.95 * sums[t, g] + log_prior[g] - peak", MOVES),
-    Bug("counts keep their own observation", BLOCKS, "work[j] = counts[active[j]] *",
-        "work[j] = (counts[active[j]] + (active[j] == old)) *", SITES),
+    Bug("counts keep their own observation", BLOCKS, "held[p] -= 1.0", "held[p] -= held[p] == 1.0", SITES),
     Bug("prior forgotten in block moves", BLOCKS, "below = sums[t, g] + log_prior[g] - peak",
         "below = sums[t, g] - peak", MOVES),
     Bug("concentration dropped in a birth", BLOCKS, "total = concentration", "total = 1.0",
         GEWEKE + "[collapsed_blocks]"),
     Bug("prior forgotten in a birth", BLOCKS, "work[g] = prior[g] * row[g]", "work[g] = row[g]", SITES),
-    Bug("seat mass without the prior", BLOCKS, "sizes, concentration * prior[g], work", "sizes, concentration, work",
+    Bug("seat mass without the prior", BLOCKS, "mass = concentration * prior", "mass = concentration + 0 * prior",
+        "exact/test_transition_collapsed_blocks.py::test_whole_shipped_sweep_leaves_the_posterior_invariant[generic-1.0]"),
+    Bug("customers seated are not counted", SEATING, "seated[k] = before + 1", "seated[k] = before + (before < 2)",
         MOVES),
-    Bug("seats not weighed by table size", SEATING, "work[count] = sizes[table]", "work[count] = 1.0", MOVES),
+    Bug("a new table starts from the sum of an old one", SEATING, "sums[table, c] = 0.0", "sums[table, c] += 0.0",
+        "exact/test_draws.py::test_rows_are_added_to_the_sums_of_their_tables"),
+    Bug("seats not weighed by table size", DRAWS_IN, "target -= sizes[found]", "target -= 1.0",
+        PRIMITIVES + "a_listed_table_is_chosen_by_its_size"),
+    Bug("customers count themselves before they open a table", DRAWS_IN, "mass / seated", "mass / (seated + 1)",
+        PRIMITIVES + "a_table_is_opened_with_the_chance_of_the_restaurant[1.0]"),
+    Bug("a restaurant waits on after it has opened a table", DRAWS_IN, "waited[restaurant] = 1.0 - generator.random()",
+        "waited[restaurant] = 1.0", PRIMITIVES + "a_table_is_opened_with_the_chance_of_the_restaurant[1.0]"),
+    Bug("rounding draws what has no weight", DRAWS_IN, "range(count - 1, 0, -1)", "range(count - 1, count)",
+        PRIMITIVES + "nothing_without_weight_is_drawn"),
     Bug("a singleton's candidate is drawn afresh", ALG4, "if alone and singleton_keeps:", "if False:", TABLES),
     Bug("table sizes include the customer", ALG4, "work[j] = size[order[j]] *",
         "work[j] = (size[order[j]] + (order[j] == slot)) *", TABLES),

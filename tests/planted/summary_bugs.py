@@ -32,7 +32,7 @@ LIKELIHOODS = [
     Bug("bounds on a confidence forget its unit", NOISE, "math.log(SMALLEST * unit), math.log(LARGEST * unit)",
         "math.log(SMALLEST), math.log(LARGEST)",
         OF_NOISE + "a_confidence_can_start_and_move_whatever_its_unit[spec0-1e-12]"),
-    Bug("sums of tables are those of their members", TOGETHER, "sums_of(table_of[set_of], count)",
+    Bug("sums of tables are those of their members", TOGETHER, "sums_of(seating.table_of[set_of], count)",
         "sums_of(set_of, candidate.size)",
         "exact/test_transition_groups.py::test_moves_of_tables_leave_the_posterior_invariant[seats0-True]"),
 ]  # fmt: skip

@@ -105,16 +105,16 @@ STICKY_AND_GROUP_BUGS = [
     ),
     Bug(
         "groups share their seats",
-        GROUP_LOOPS,
-        "k, g = group[i], theta[i]",
-        "k, g = 0, theta[i]",
+        "partition/groups.py",
+        "restaurant = self.group * weights.size + self.theta",
+        "restaurant = 0 * self.group + self.theta",
         GROUPED + "seats_have_their_exact_law[theta2]",
     ),
     Bug(
         "seats of groups without the shared weight",
-        GROUP_LOOPS,
-        "sizes, mass * weights[g], work",
-        "sizes, mass, work",
+        "partition/groups.py",
+        "np.tile(self.mass * weights,",
+        "np.tile(self.mass + 0 * weights,",
         GROUPED + "seats_have_their_exact_law[theta1]",
     ),
     Bug(

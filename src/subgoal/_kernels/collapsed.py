@@ -16,12 +16,12 @@ def sweeps_dense(table, relative, prior, concentration, theta, keep, kept, log_l
     """``len(keep)`` sweeps over a dense table (N, G); writes ``theta``, ``kept`` and the traces."""
     g_count = table.shape[1]
     counts, active, place = np.zeros(g_count, np.int64), np.empty(g_count, np.int64), np.empty(g_count, np.int64)
-    work = np.empty(g_count + 1)
+    held, work = np.empty(g_count), np.empty(g_count + 1)
     rows = 0
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
-        largest_first(counts, active, place, k)
-        redraw_rows(0, relative, theta, counts, active, place, k, concentration, prior, work, generator)
+        largest_first(counts, active, place, held, k)
+        redraw_rows(0, relative, theta, active, place, held, k, concentration, prior, work, generator)
         log_likelihood[s] = add_assigned(0.0, table, theta)
         n_active[s] = recount(theta, counts, active, place)
         log_joint[s] = log_likelihood[s] + log_assignment_prior(counts, prior, concentration)

@@ -16,7 +16,7 @@ from numba import njit
 from subgoal._kernels.alg4 import add_assigned
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal._kernels.draws import choose, choose_of
-from subgoal._kernels.seating import choose_table
+from subgoal._kernels.seating import clear, seat_rows, seating_for
 
 BLOCKS_IN = 0.25
 """Share of the sweeps in which clusters move: sums over their rows cost more than all else in a sweep."""
@@ -33,77 +33,56 @@ def clusters_move(work, generator):
 
 
 @njit(cache=True, nogil=True)
-def largest_first(counts, active, place, k):
-    """Order the active candidates by falling count, so that a search among them is short."""
+def largest_first(counts, active, place, held, k):
+    """Order the active candidates by falling count, so that a search among them is short; writes their counts, held."""
     order = np.argsort(-counts[active[:k]], kind="mergesort")
     sorted_active = active[:k][order]
     for j in range(k):
         active[j] = sorted_active[j]
         place[sorted_active[j]] = j
+        held[j] = counts[sorted_active[j]]
 
 
 @njit(cache=True, nogil=True)
-def redraw_rows(start, relative, theta, counts, active, place, k, concentration, prior, work, generator):
+def redraw_rows(start, relative, theta, active, place, held, k, concentration, prior, work, generator):
     """Draw θ_i from (n_g without i + ηp_g)·L_ig over all G at the cost of the K active ones; returns K.
 
-    Row r of ``relative`` (B, G) is L_ig / Σ_g p_g L_ig for i = start + r, so that a redraw from the base weighs η.
+    ``active`` lists the candidates in use, ``held`` their counts, and ``place`` (G,) where in the list each stands, −1
+    for nowhere. Row r of ``relative`` (B, G) is L_ig / Σ_g p_g L_ig for i = start + r, so that a redraw from the base
+    weighs η.
     """
     for r in range(relative.shape[0]):
         i = start + r
-        old = theta[i]
-        counts[old] -= 1
-        if counts[old] == 0:
+        p = place[theta[i]]
+        held[p] -= 1.0
+        if held[p] == 0.0:
             k -= 1
-            last, hole = active[k], place[old]
-            active[hole] = last
-            place[last] = hole
+            last, old = active[k], active[p]
+            active[p] = last
+            held[p] = held[k]
+            place[last] = p
             place[old] = -1
         row = relative[r]
         total = concentration
         for j in range(k):
-            work[j] = counts[active[j]] * row[active[j]]
+            work[j] = held[j] * row[active[j]]
             total += work[j]
         work[k] = concentration
         pick = choose_of(work, k + 1, total, generator)
-        if pick < k:
-            new = active[pick]
-        else:
+        if pick == k:
             for g in range(prior.size):
                 work[g] = prior[g] * row[g]
             new = choose(work, prior.size, generator)
-            if counts[new] == 0:
+            pick = place[new]
+            if pick < 0:
+                pick = k
                 active[k] = new
                 place[new] = k
+                held[k] = 0.0
                 k += 1
-        theta[i] = new
-        counts[new] += 1
+        theta[i] = active[pick]
+        held[pick] += 1.0
     return k
-
-
-@njit(cache=True, nogil=True)
-def seat_rows(start, tile, theta, prior, concentration, table_of, first, following, sizes, sums, n_tables, work, slots,
-              generator):  # fmt: skip
-    """Seat start..start+len(tile) among those of their candidate seated before; returns the number of tables.
-
-    Tables of a candidate form a list from ``first`` through ``following``. Each row is added to the sum of its table,
-    for which there must be room.
-    """
-    for r in range(tile.shape[0]):
-        g = theta[start + r]
-        table = choose_table(first[g], following, sizes, concentration * prior[g], work, slots, generator)
-        if table < 0:
-            table = n_tables
-            following[table] = first[g]
-            first[g] = table
-            sizes[table] = 0
-            for c in range(tile.shape[1]):
-                sums[table, c] = 0.0
-            n_tables += 1
-        table_of[start + r] = table
-        sizes[table] += 1
-        for c in range(tile.shape[1]):
-            sums[table, c] += tile[r, c]
-    return n_tables
 
 
 @njit(cache=True, nogil=True)
@@ -139,36 +118,28 @@ def sweeps_dense(table, relative, edges, prior, log_prior, concentration, theta,
                  log_joint, n_active, generator):  # fmt: skip
     """``len(keep)`` sweeps over a dense table (N, G) in blocks of rows; writes ``theta``, ``kept`` and the traces."""
     n, g_count = table.shape
-    counts = np.zeros(g_count, np.int64)
-    active = np.empty(g_count, np.int64)
-    place = np.empty(g_count, np.int64)
-    table_of = np.empty(n, np.int64)
-    following = np.empty(n, np.int64)
-    sizes = np.empty(n, np.int64)
-    dishes = np.empty(n, np.int64)
-    slots = np.empty(n, np.int64)
-    work = np.empty(max(n, g_count, 2) + 1)
+    counts, active, place = np.zeros(g_count, np.int64), np.empty(g_count, np.int64), np.empty(g_count, np.int64)
+    seating, dishes = seating_for(n, g_count), np.empty(n, np.int64)
+    held, work = np.empty(g_count), np.empty(max(n, g_count, 2) + 1)
+    mass = concentration * prior
     rows = 0
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
-        largest_first(counts, active, place, k)
-        first = np.full(g_count, -1, np.int64)
+        largest_first(counts, active, place, held, k)
+        clear(seating)
         n_tables = 0
         moving = clusters_move(work, generator)
         fit = 0.0
         for e in range(edges.size - 1):
             a, b = edges[e], edges[e + 1]
-            k = redraw_rows(a, relative[a:b], theta, counts, active, place, k, concentration, prior, work, generator)
+            k = redraw_rows(a, relative[a:b], theta, active, place, held, k, concentration, prior, work, generator)
             if not moving:
                 fit = add_assigned(fit, table[a:b], theta[a:b])
                 continue
             sums = with_room(sums, n_tables + b - a)
-            n_tables = seat_rows(
-                a, table[a:b], theta, prior, concentration, table_of, first, following, sizes, sums, n_tables, work,
-                slots, generator,
-            )  # fmt: skip
+            n_tables = seat_rows(a, table[a:b], theta, mass, seating, sums, n_tables, generator)
         if moving:
-            fit = move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)
+            fit = move_blocks(n_tables, sums, log_prior, seating.table_of, theta, dishes, work, generator)
         log_likelihood[s] = fit
         n_active[s] = recount(theta, counts, active, place)
         log_joint[s] = log_likelihood[s] + log_assignment_prior(counts, prior, concentration)

@@ -1,4 +1,4 @@
-"""Loops of the sampler ``Grouped``: observations given the counts of their group, and the tables they sit at.
+"""Loops of the sampler ``Grouped``: observations given the counts of their group, and their tables.
 
 Arrays named as written are state.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 from numba import njit
 
 from subgoal._kernels.draws import choose
-from subgoal._kernels.seating import choose_table
 
 
 @njit(cache=True, nogil=True)
@@ -25,28 +24,6 @@ def redraw_rows(start, relative, group, weights, mass, theta, counts, work, gene
             work[g] = (row[g] + mass * weights[g]) * relative[r, g]
         theta[i] = choose(work, weights.size, generator)
         row[theta[i]] += 1
-
-
-@njit(cache=True, nogil=True)
-def seat_in_groups(theta, group, weights, mass, table_of, sizes, work, slots, first, following, generator):
-    """Seat every observation at a table of its group and candidate; writes ``table_of`` (N,); returns their number.
-
-    The restaurant of group k and candidate g has concentration mass·β_g. Tables of a pair form a list from ``first``
-    (K, G), −1 to begin with, through ``following`` (N,); ``sizes`` (N,) are their customers.
-    """
-    n_tables = 0
-    for i in range(theta.size):
-        k, g = group[i], theta[i]
-        table = choose_table(first[k, g], following, sizes, mass * weights[g], work, slots, generator)
-        if table < 0:
-            table = n_tables
-            following[table] = first[k, g]
-            first[k, g] = table
-            sizes[table] = 0
-            n_tables += 1
-        sizes[table] += 1
-        table_of[i] = table
-    return n_tables
 
 
 @njit(cache=True, nogil=True)

@@ -13,9 +13,10 @@ import numpy as np
 from numba import njit
 
 from subgoal._kernels.clusters import add_row, relative_gain, share_candidates
-from subgoal._kernels.collapsed_blocks import largest_first, move_blocks, redraw_rows, seat_rows, with_room
+from subgoal._kernels.collapsed_blocks import largest_first, move_blocks, redraw_rows, with_room
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal._kernels.draws import choose
+from subgoal._kernels.seating import clear, seat_rows, seating_for
 
 
 @njit(cache=True, nogil=True)
@@ -196,31 +197,29 @@ def sweeps_dense(table, relative, edges, prior, log_prior, concentration, propos
     """``len(keep)`` sweeps over a dense table (N, G) in blocks of rows; writes ``theta``, ``kept`` and the traces."""
     n, g_count = table.shape
     counts, active, place = np.zeros(g_count, np.int64), np.empty(g_count, np.int64), np.empty(g_count, np.int64)
-    table_of, following, sizes = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    dishes, slots = np.empty(n, np.int64), np.empty(n, np.int64)
+    seating, dishes = seating_for(n, g_count), np.empty(n, np.int64)
     others, side_of, wanted = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    work = np.empty(max(n, g_count) + 2)
+    held, work = np.empty(g_count), np.empty(max(n, g_count) + 2)
+    mass = concentration * prior
     rows = 0
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
-        largest_first(counts, active, place, k)
-        first, n_tables = np.full(g_count, -1, np.int64), 0
+        largest_first(counts, active, place, held, k)
+        clear(seating)
+        n_tables = 0
         for e in range(edges.size - 1):
             start, stop = edges[e], edges[e + 1]
             k = redraw_rows(
-                start, relative[start:stop], theta, counts, active, place, k, concentration, prior, work, generator
+                start, relative[start:stop], theta, active, place, held, k, concentration, prior, work, generator
             )
             sums = with_room(sums, n_tables + stop - start)
-            n_tables = seat_rows(
-                start, table[start:stop], theta, prior, concentration, table_of, first, following, sizes, sums,
-                n_tables, work, slots, generator,
-            )  # fmt: skip
+            n_tables = seat_rows(start, table[start:stop], theta, mass, seating, sums, n_tables, generator)
         for _ in range(proposals if n > 1 else 0):
             n_tables, sums = propose(
-                table, relative, log_prior, concentration, table_of, n_tables, sums, others, side_of, wanted, work,
-                generator,
+                table, relative, log_prior, concentration, seating.table_of, n_tables, sums, others, side_of, wanted,
+                work, generator,
             )  # fmt: skip
-        log_likelihood[s] = move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)
+        log_likelihood[s] = move_blocks(n_tables, sums, log_prior, seating.table_of, theta, dishes, work, generator)
         n_active[s] = recount(theta, counts, active, place)
         log_joint[s] = log_likelihood[s] + log_assignment_prior(counts, prior, concentration)
         if keep[s]:

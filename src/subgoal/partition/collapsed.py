@@ -28,14 +28,14 @@ def _sweeps_tiled(chain: Chain, theta: Int32s, keep: Bools, record: Recorder) ->
     table, concentration, generator = chain.table, chain.concentration, chain.generator
     g_count, prior = table.n_candidates, np.exp(table.log_prior)
     counts, active, place = (np.empty(g_count, np.int64) for _ in range(3))
-    work = np.empty(g_count + 1)
+    held, work = np.empty(g_count), np.empty(g_count + 1)
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
-        largest_first(counts, active, place, k)
+        largest_first(counts, active, place, held, k)
         total = 0.0
         for start, tile in table.tiles():
             relative = table.relative_tile(start, tile)
-            k = redraw_rows(start, relative, theta, counts, active, place, k, concentration, prior, work, generator)
+            k = redraw_rows(start, relative, theta, active, place, held, k, concentration, prior, work, generator)
             total = add_assigned(total, tile, theta[start : start + len(tile)])
         k = recount(theta, counts, active, place)
         record.sweep(s, keep[s], theta, k, total, total + log_assignment_prior(counts, prior, concentration))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from subgoal._kernels import collapsed_blocks as loops
+from subgoal._kernels import seating as restaurants
 from subgoal._kernels.alg4 import add_assigned
 from subgoal._kernels.counts import log_assignment_prior, recount
 from subgoal.partition.protocol import FIRST_TABLES, Chain, Int32s, Recorder, Stretch, starting_assignment
@@ -41,28 +42,24 @@ def _sweeps_tiled(chain: Chain, theta: Int32s, keep: Bools, record: Recorder) ->
     n, g_count = table.n_observations, table.n_candidates
     prior, log_prior = np.exp(table.log_prior), table.log_prior
     counts, active, place = (np.empty(g_count, np.int64) for _ in range(3))
-    table_of, following, sizes, dishes, slots = (np.empty(n, np.int64) for _ in range(5))
-    work = np.empty(max(n, g_count, 2) + 1)
-    sums = np.empty((FIRST_TABLES, g_count))
+    seating, dishes = restaurants.seating_for(n, g_count), np.empty(n, np.int64)
+    held, work = np.empty(g_count), np.empty(max(n, g_count, 2) + 1)
+    sums, mass = np.empty((FIRST_TABLES, g_count)), concentration * prior
     for s in range(keep.size):
         k = recount(theta, counts, active, place)
-        loops.largest_first(counts, active, place, k)
-        first, n_tables = np.full(g_count, -1, np.int64), 0
+        loops.largest_first(counts, active, place, held, k)
+        restaurants.clear(seating)
+        n_tables = 0
         moving, value = loops.clusters_move(work, generator), 0.0
         for start, tile in table.tiles():
             relative = table.relative_tile(start, tile)
-            k = loops.redraw_rows(
-                start, relative, theta, counts, active, place, k, concentration, prior, work, generator
-            )
+            k = loops.redraw_rows(start, relative, theta, active, place, held, k, concentration, prior, work, generator)
             if not moving:
                 value = add_assigned(value, tile, theta[start : start + len(tile)])
                 continue
             sums = loops.with_room(sums, n_tables + len(tile))
-            n_tables = loops.seat_rows(
-                start, tile, theta, prior, concentration, table_of, first, following, sizes, sums, n_tables, work,
-                slots, generator,
-            )  # fmt: skip
+            n_tables = restaurants.seat_rows(start, tile, theta, mass, seating, sums, n_tables, generator)
         if moving:
-            value = loops.move_blocks(n_tables, sums, log_prior, table_of, theta, dishes, work, generator)
+            value = loops.move_blocks(n_tables, sums, log_prior, seating.table_of, theta, dishes, work, generator)
         k = recount(theta, counts, active, place)
         record.sweep(s, keep[s], theta, k, value, value + log_assignment_prior(counts, prior, concentration))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from subgoal._kernels import groups as loops
+from subgoal._kernels import seating as restaurants
 from subgoal.partition.priors import Gamma, log_weights
 from subgoal.partition.protocol import (
     Arrays,
@@ -159,15 +160,12 @@ class _Franchise:
             )  # fmt: skip
 
     def _seat(self, weights: Floats) -> tuple[Ints, int]:
-        """(N,) table of each observation, and how many there are."""
-        n = self.theta.size
-        table_of, sizes, slots, following = (np.empty(n, np.int64) for _ in range(4))
-        first = np.full(self.counts.shape, -1, np.int64)
-        n_tables = loops.seat_in_groups(
-            self.theta, self.group, weights, self.mass, table_of, sizes, np.empty(n + 1), slots, first, following,
-            self.chain.generator,
-        )  # fmt: skip
-        return table_of, int(n_tables)
+        """(N,) table of each observation, and how many there are; a restaurant for each group and candidate."""
+        restaurant = self.group * weights.size + self.theta
+        seating, rows = restaurants.seating_for(self.theta.size, self.counts.size), np.empty((self.theta.size, 0))
+        mass = np.tile(self.mass * weights, len(self.counts))
+        n_tables = restaurants.seat_rows(0, rows, restaurant, mass, seating, rows, 0, self.chain.generator)
+        return seating.table_of, int(n_tables)
 
     def _move_tables(self, table_of: Ints, n_tables: int) -> None:
         """Given the seating, tables are observations of the exchangeable mixture."""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from subgoal._kernels import collapsed_blocks as blocks
+from subgoal._kernels import seating as restaurants
 from subgoal._kernels.persistence import normalise_runs
 from subgoal.partition.protocol import FIRST_TABLES, Chain, Int32s
 from subgoal.runtime.checks import Floats, Ints
@@ -52,11 +53,8 @@ def _sweep(chain: Chain, prior: Floats, sums: Floats, candidate: Int32s) -> None
 def _move(chain: Chain, prior: Floats, set_of: Ints, candidate: Int32s, sums_of: SumsOf) -> None:
     """Seat the sets of each candidate by its restaurant; every table draws one candidate; writes ``candidate``."""
     size, g_count = candidate.size, prior.size
-    table_of, following, sizes, dishes, slots = (np.empty(size, np.int64) for _ in range(5))
-    work, first = np.empty(max(size, g_count) + 1), np.full(g_count, -1, np.int64)
-    count = blocks.seat_rows(
-        0, np.empty((size, 0)), candidate, prior, chain.concentration, table_of, first, following, sizes,
-        np.empty((size, 0)), 0, work, slots, chain.generator,
-    )  # fmt: skip
-    sums = sums_of(table_of[set_of], count)
-    blocks.move_blocks(count, sums, chain.table.log_prior, table_of, candidate, dishes, work, chain.generator)
+    seating, dishes, work = restaurants.seating_for(size, g_count), np.empty(size, np.int64), np.empty(g_count)
+    rows = np.empty((size, 0))
+    count = restaurants.seat_rows(0, rows, candidate, chain.concentration * prior, seating, rows, 0, chain.generator)
+    sums = sums_of(seating.table_of[set_of], count)
+    blocks.move_blocks(count, sums, chain.table.log_prior, seating.table_of, candidate, dishes, work, chain.generator)
