@@ -18,7 +18,7 @@ from subgoal._kernels.rank_updates import differing, optimise, rebase
 
 PRODUCT, CONSTANT_SEQUENCES, UNNORMALISED = 0, 1, 2
 """Readings of thesis (3.3)."""
-LARGEST_RANK = 24
+LARGEST_RANK = 6
 """States in which the policy differs from the base before it becomes the base."""
 FRESH_EVERY = 200
 """Changes of base after which the inverse is computed anew, against drift."""
