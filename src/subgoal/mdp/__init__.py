@@ -6,6 +6,7 @@ from subgoal.mdp.grids.grid import ROOM_SLIP, THESIS_SLIP, GridWorld
 from subgoal.mdp.grids.layouts import random_walls
 from subgoal.mdp.grids.maps import TextMap, print_map, read_map, read_maps
 from subgoal.mdp.grids.occupancy import Occupancy
+from subgoal.mdp.grids.rooms import RoomWorld, room_world
 from subgoal.mdp.implicit import ImplicitMDP
 from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.mdp.planners.iteration import (
@@ -32,6 +33,7 @@ __all__ = [
     "Plan",
     "PlanStatus",
     "ROOM_SLIP",
+    "RoomWorld",
     "SubgoalPlan",
     "THESIS_SLIP",
     "TabularMDP",
@@ -51,6 +53,7 @@ __all__ = [
     "random_walls",
     "read_map",
     "read_maps",
+    "room_world",
     "simulate",
     "to_cells",
     "uniform_policy",
