@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from subgoal.mdp.planners.iteration import action_values, arrival_reward, policy_evaluation, policy_iteration
-from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
+from subgoal.mdp.planners.policy import greedy_actions, imperfect, uniform_policy
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.errors import InputError
 from tests.mdp.random_worlds import random_world
@@ -118,3 +118,49 @@ def test_an_error_in_action_values_is_at_most_twice_as_large_in_log_likelihood(
 
 def log_softmax(values: np.ndarray) -> np.ndarray:
     return values - np.logaddexp.reduce(values, axis=1, keepdims=True)
+
+
+def forked_world() -> TabularMDP:
+    """State 0 has four actions, 1 the first two, 2 one, 3 none; all stay."""
+    table = np.zeros((4, 4, 4))
+    for state, actions in enumerate(([0, 1, 2, 3], [0, 1], [2])):
+        table[state, actions, state] = 1
+    return TabularMDP.from_dense(table, 0.9)
+
+
+def test_random_actions_may_be_the_right_one() -> None:
+    told = imperfect(forked_world(), [1, 0, 2, -1], error=0.2)
+    np.testing.assert_allclose(told, [[0.05, 0.85, 0.05, 0.05], [0.9, 0.1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
+    assert not told.flags.writeable
+
+
+def test_random_actions_may_have_to_be_wrong() -> None:
+    told = imperfect(forked_world(), [1, 0, 2, -1], error=0.3, may_be_optimal=False)
+    np.testing.assert_allclose(told, [[0.1, 0.7, 0.1, 0.1], [0.7, 0.3, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
+
+
+def test_who_breaks_ties_at_random_errs_outside_the_tie() -> None:
+    policy = np.array([[0.5, 0.5, 0, 0], [0.5, 0.5, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
+    told = imperfect(forked_world(), policy, error=0.2, may_be_optimal=False)
+    np.testing.assert_allclose(told, [[0.4, 0.4, 0.1, 0.1], [0.5, 0.5, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
+    told = imperfect(forked_world(), policy, error=0.2)
+    np.testing.assert_allclose(told, [[0.45, 0.45, 0.05, 0.05], [0.5, 0.5, 0, 0], [0, 0, 1, 0], [0, 0, 0, 0]])
+
+
+def test_the_error_is_that_of_the_thesis_unless_said_otherwise() -> None:
+    assert imperfect(forked_world(), [1, 0, 2, -1])[0, 1] == pytest.approx(0.9625)
+    np.testing.assert_array_equal(imperfect(forked_world(), [1, 0, 2, -1], error=0)[0], [0, 1, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("policy", "error", "match"),
+    [
+        ([1, 2, 2, -1], 0.05, "policy at state 1: found action 2"),
+        ([1, 0, 2, -1], float("nan"), "error"),
+        ([1, 0, 2, -1], -0.1, "error"),
+        ([1, 0, 2, -1], 1.1, "error: found 1.1, wanted a probability"),
+    ],
+)
+def test_demonstrators_that_cannot_be(policy, error: float, match: str) -> None:
+    with pytest.raises(InputError, match=match):
+        imperfect(forked_world(), policy, error=error)

@@ -20,7 +20,7 @@ from subgoal.mdp.planners.iteration import (
     value_iteration,
 )
 from subgoal.mdp.planners.outcome import PlanStatus
-from subgoal.mdp.planners.policy import greedy_actions, uniform_policy
+from subgoal.mdp.planners.policy import greedy_actions, imperfect, uniform_policy
 from subgoal.mdp.planners.subgoal_plan import SubgoalPlan
 from subgoal.mdp.simulation import simulate
 from subgoal.mdp.tabular import TabularMDP
@@ -42,6 +42,7 @@ __all__ = [
     "arrival_reward",
     "feature_groups",
     "greedy_actions",
+    "imperfect",
     "linear_program",
     "manhattan",
     "modified_policy_iteration",

@@ -51,6 +51,32 @@ def uniform_policy(mask: Any) -> Floats:
     return np.asarray(frozen(chosen / np.maximum(chosen.sum(axis=1, keepdims=True), 1)))
 
 
+def imperfect(mdp: TabularMDP, policy: Any, *, error: float = 0.05, may_be_optimal: bool = True) -> Floats:
+    """(S, A) what a demonstrator does who follows ``policy`` but takes a random action with probability ``error``.
+
+    Parameters
+    ----------
+    policy:
+        (S,) one action per state, or (S, A) probabilities. Ties are broken as it breaks them: one action per state is a
+        demonstrator who always does the same, ``uniform_policy(greedy_actions(...))`` one who chooses anew each time.
+    error:
+        0.05 in thesis 3.2.1.
+    may_be_optimal:
+        Whether the random action is any available one, so that it may be the policy's after all; or else one that the
+        policy never takes in this state. Where there is none such, no error is made.
+
+    Raises ``InputError`` for actions that are not available, as ``simulate`` does, and for an error above 1.
+    """
+    chance = positive("error", error, zero=True)
+    if chance > 1:
+        raise InputError("error", found=chance, wanted="a probability")
+    table = check_policy(mdp, policy)
+    intended = table if table.ndim == 2 else (table[:, None] == np.arange(mdp.n_actions)).astype(float)
+    others = mdp.available if may_be_optimal else mdp.available & (intended == 0)
+    errs = np.where(others.any(axis=1, keepdims=True), chance, 0.0)
+    return np.asarray(frozen((1 - errs) * intended + errs * uniform_policy(others)))
+
+
 def _actions(mdp: TabularMDP, actions: NDArray[Any]) -> NDArray[Any]:
     inside = (actions >= 0) & (actions < mdp.n_actions)
     legal = mdp.available[np.arange(mdp.n_states), np.where(inside, actions, 0)] & inside
