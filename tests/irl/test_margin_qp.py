@@ -74,6 +74,12 @@ def test_differences_may_be_small_or_large(size: float) -> None:
     assert found.residual <= 1e-6
 
 
+def test_policies_just_like_the_demonstrator_leave_no_weights() -> None:
+    found = margin_qp(np.zeros((2, 3)))
+    np.testing.assert_array_equal(found.weights, 0.0)
+    assert found.margin == 0
+
+
 def test_bad_input_is_named() -> None:
     with pytest.raises(InputError, match="differences"):
         margin_qp([[1.0, np.nan]])

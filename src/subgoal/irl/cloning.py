@@ -1,0 +1,33 @@
+"""Behavioural cloning: what was done in each state, counted; neither a reward nor planning."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.irl.single_reward import SingleReward, observed, shown
+from subgoal.mdp.tabular import TabularMDP
+from subgoal.partition.outcome import Outcome
+from subgoal.runtime.checks import frozen, positive
+
+REFERENCE = "posterior mean of a Dirichlet law in each state"
+
+
+def behaviour_cloning(demonstrations: Demonstrations, mdp: TabularMDP, *, prior: float = 1.0) -> SingleReward:
+    """The policy π(a | s) = (n(s, a) + c) / Σ_b (n(s, b) + c), b over the legal actions of s, n being how often.
+
+    It is the posterior mean where the actions of each state have a Dirichlet law with parameter c = ``prior`` each, and
+    the predictive probability of the next action shown there. In states that were never shown it is uniform: what a
+    method that learns a reward has to beat.
+
+    Raises ``InputError`` for what ``shown`` refuses, and for a prior that is not above zero. Single pairs will do.
+    """
+    pairs = shown(demonstrations, mdp)
+    counts = observed(mdp.available.shape, pairs) + positive("prior", prior) * mdp.available
+    policy = counts / np.where(mdp.terminal, 1.0, counts.sum(axis=1))[:, None]
+    missed = int((~mdp.terminal).sum()) - np.unique(pairs.states).size
+    note = f"{missed} of {mdp.n_states} states were never shown: their policy is uniform"
+    return SingleReward(
+        method="behavioural cloning", reference=REFERENCE, policy=frozen(policy), reward=None, weights=None,
+        outcome=Outcome.CONVERGED, iterations=0, solutions=0, notes=(note,) if missed else (),
+    )  # fmt: skip
