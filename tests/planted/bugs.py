@@ -9,6 +9,7 @@ from tests.planted.persistence_bugs import PERSISTENCE_BUGS
 from tests.planted.sampler_bugs import SAMPLER_BUGS
 from tests.planted.summary_bugs import SUMMARY_BUGS
 from tests.planted.temporal_bugs import STICKY_AND_GROUP_BUGS
+from tests.planted.walk_bugs import WALK_BUGS
 from tests.planted.world_bugs import WORLDS
 
 BLOCKS, ALG4, COUNTS = "_kernels/collapsed_blocks.py", "_kernels/alg4.py", "_kernels/counts.py"
@@ -101,7 +102,8 @@ RESULTS = [
     Bug("traces kept at the wrong sweeps", ASSEMBLE, "slice(settings.warmup + settings.thin - 1, None",
         "slice(settings.warmup, None", LAW),
     Bug("shares per chain", ASSEMBLE, "tally / joint.size", "tally / joint.shape[1]", LAW),
-    Bug("last draw instead of the best", "posterior/chains.py", "if kept_joint.max() > self.best[0]:", "if True:", LAW),
+    Bug("last draw instead of the best", "posterior/chains.py", "if kept_joint.max() > self.best[0]:", "if True:",
+        "posterior/test_chains.py::test_the_best_draw_is_kept_through_stretches_without_a_better_one"),
     Bug("budget ignored", "posterior/memory.py", 'budget = positive("memory_budget", budget)',
         'budget = 1e3 * positive("memory_budget", budget)', DRAWS + "::test_memory_is_refused_before_it_is_taken"),
     Bug("single linkage", "answers/subgoals.py", 'method="complete"', 'method="single"', SUBGOALS),
@@ -143,5 +145,5 @@ FILES = [
 ]  # fmt: skip
 BUGS = [
     *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
-    *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS,
+    *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS, *WALK_BUGS,
 ]  # fmt: skip

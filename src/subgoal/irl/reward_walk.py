@@ -74,6 +74,7 @@ class RewardLaw:
         if weights.shape != self.features.shape[1:] or not ((weights >= 0).all() and weights.sum() > 0):
             wanted = f"{self.features.shape[1]} numbers of at least 0, one of them above"
             raise InputError("relevance", found=f"{weights.size} numbers from {weights.min():g}", wanted=wanted)
+        object.__setattr__(self, "relevance", weights)
         if not self._log_prior(1)[1] > -np.inf:
             raise InputError("prior", found=f"no density at its start {self.prior.start}", wanted="some")
         if self.reading == "constant sequences" and not self.mdp.available[self.pairs.states].all():
