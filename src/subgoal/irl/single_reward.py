@@ -9,10 +9,15 @@ import numpy as np
 
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import checked_pairs
+from subgoal.mdp.planners.flow import Flow
+from subgoal.mdp.planners.policy import uniform_policy
 from subgoal.mdp.tabular import TabularMDP, check_states
 from subgoal.partition.outcome import Outcome
 from subgoal.runtime.checks import Floats, Ints, real_array
 from subgoal.runtime.errors import InputError
+
+NULL = 1e-7
+"""Share of the largest singular value below which one counts as zero, where it is the root of an eigenvalue."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,7 +110,7 @@ def shown(demonstrations: Demonstrations, mdp: TabularMDP) -> Shown:
     final = check_states("demonstrations.final_states", demonstrations.final_states, mdp.n_states)
     found = Shown(states, actions, demonstrations.offset, final)
     inner = np.setdiff1d(np.arange(states.size - 1), found.offset[1:-1] - 1)
-    possible = _chances(mdp, states[inner], actions[inner], states[inner + 1]) > 0
+    possible = chances(mdp, states[inner], actions[inner], states[inner + 1]) > 0
     if not possible.all():
         i = int(inner[np.argmin(possible)])
         wanted = f"a state that action {actions[i]} in state {states[i]} can lead to"
@@ -126,12 +131,36 @@ def check_features(features: Any, mdp: TabularMDP) -> Floats:
     return table
 
 
-def undetermined_directions(features: Floats) -> Floats:
-    """(F, k) orthonormal directions w for which Φw is the same in every state, so that no policy depends on them."""
+def undetermined_directions(features: Floats, mdp: TabularMDP | None = None) -> Floats:
+    """(F, k) orthonormal directions w that no policy depends on, whatever the reward.
+
+    Without a world: those for which Φw is the same in every state. With one: those for which Φw = x − γ P_a x for one x
+    (S,) and all actions a alike (terminal states: Φw = x). Then values move by x, and the advantages of actions not at
+    all. x = 1 is the constant reward; where a terminal state pays once, it must be worth 1/(1 − γ) of it. At γ = 0 all
+    directions are such. Singular values below 1e-7 of the largest count as zero here, being roots of eigenvalues.
+    """
+    if mdp is not None:
+        return _without_advantage(features, mdp)
     centred = features - features.mean(axis=0)
     _, sizes, right = np.linalg.svd(centred, full_matrices=True)
     tolerance = max(features.shape) * np.finfo(float).eps * max(np.abs(features).max(), sizes.max(initial=0.0))
     return np.ascontiguousarray(right[int((sizes > tolerance).sum()) :].T)
+
+
+def _without_advantage(features: Floats, mdp: TabularMDP) -> Floats:
+    """With x = (I − γP)⁻¹ Φw for the uniform policy: the null space of γ(P_a − P) x over states and actions."""
+    flow = Flow(mdp, uniform_policy(mdp.available))
+    potential = flow.backwards(features)
+    mean = flow.transition @ potential
+    square, size = np.zeros((features.shape[1],) * 2), float(np.square(mean).sum(axis=0).max(initial=0.0))
+    for action in range(mdp.n_actions):
+        legal = mdp.available[:, action]
+        rows = np.flatnonzero(legal) * mdp.n_actions + action
+        apart = mdp.discount * (mdp.matrix[rows] @ potential - mean[legal])
+        square += apart.T @ apart
+    sizes, directions = np.linalg.eigh(square)
+    tolerance = NULL**2 * max(float(sizes.max(initial=0.0)), NULL**2 * size)
+    return np.ascontiguousarray(directions[:, sizes <= tolerance])
 
 
 def told(directions: Floats) -> tuple[str, ...]:
@@ -139,11 +168,11 @@ def told(directions: Floats) -> tuple[str, ...]:
     if not directions.shape[1]:
         return ()
     ways = f"{directions.shape[1]} of {len(directions)}"
-    return (f"the weights are not determined by any demonstrations in {ways} directions: there, rewards are constant",)
+    return (f"the weights are not determined by any demonstrations in {ways} directions: no policy depends on them",)
 
 
-def _chances(mdp: TabularMDP, states: Ints, actions: Ints, after: Ints) -> Floats:
-    """P(s' | s, a) of each step."""
+def chances(mdp: TabularMDP, states: Ints, actions: Ints, after: Ints) -> Floats:
+    """(N,) P(s' | s, a) of each step."""
     if not states.size:
         return np.empty(0)
     rows = mdp.matrix[states * mdp.n_actions + actions]
