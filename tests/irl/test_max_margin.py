@@ -125,13 +125,22 @@ def test_the_policy_is_optimal_for_the_reward_without_the_loss() -> None:
 
 
 def test_states_where_a_walk_ended_carry_no_loss() -> None:
-    """One step from 1 into 2, where it is taken to stay: without weights the worst policy never sees either again."""
-    one = Demonstrations(np.array([0, 1]), np.array([2, 2]), np.array([0, 2]), final_states=np.array([2]))
-    found = max_margin_planning(one, world(), FEATURES, most_iterations=1)
-    table = dense()
-    loss = np.array([0, 0, 0, 1, 1, 1, 1, 1, 1], float)
-    worst = visits_by_series(table, optimal(world(), loss), np.eye(9)[0]) @ loss
-    assert objective(found)[0] == pytest.approx(worst, abs=1e-6)
+    """Walks from 0 that end in 1 and in 8: without weights the worst policy goes to 2 or to 7, no nearer."""
+    both = Demonstrations(
+        np.array([0, 0, 0, 0]), np.array([1, 2, 1, 0]), np.array([0, 2, 4]), final_states=np.array([1, 8])
+    )
+    loss = np.array([0, 0, 1, 1, 1, 1, 1, 1, 0], float)
+    worst = visits_by_series(dense(), optimal(world(), loss), np.eye(9)[0]) @ loss
+    assert objective(max_margin_planning(both, world(), FEATURES, most_iterations=1))[0] == pytest.approx(
+        worst, abs=1e-6
+    )
+
+
+def test_of_all_steps_that_of_the_least_objective_is_returned(policies: np.ndarray) -> None:
+    found = max_margin_planning(FEW, world(), FEATURES, variant="subgradient", step=10.0, most_iterations=30, gap=1e-9)
+    tried = [value(np.linalg.lstsq(SCALED, reward)[0], 0.1, policies) for reward in found.trace]
+    assert min(tried) < tried[-1]
+    assert value(found.weights * np.ptp(FEATURES, axis=0), 0.1, policies) == pytest.approx(min(tried))
 
 
 def test_the_extra_is_only_needed_for_the_exact_variant(monkeypatch: pytest.MonkeyPatch) -> None:
