@@ -64,6 +64,7 @@ def test_draws_have_the_enumerated_posterior(long, exact) -> None:
     independent = np.random.default_rng(0).multinomial(len(levels) // 5, pi, size=50) / (len(levels) // 5)
     assert distance <= 3 * np.abs(independent - pi).sum(axis=1).mean() / 2
     assert long.status is Status.CONVERGED
+    assert 0 < long.error_bound <= 1e-12
 
 
 def test_summaries_are_those_of_the_enumerated_posterior(long, exact) -> None:

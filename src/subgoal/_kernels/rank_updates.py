@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 ROUNDS = 1_000
 """Improvements of a policy after which something is wrong."""
 ROUNDING = 64 * 2.0**-52
-"""An action is better than another by more than this share of the largest value."""
+"""An action is better than another by more than this share of the largest value over 1 − γ."""
+PATIENCE = 50
+"""Rounds after which that share doubles with each, so that rounding cannot lead round in a circle."""
 
 
 class World(NamedTuple):
@@ -178,8 +180,8 @@ def optimise(world, base, base_value, policy, rows, value, ahead):
     """
     for count in range(ROUNDS):
         evaluate(world, base, policy, rows, differing(policy, base.policy, rows), base_value, value)
-        largest = look_ahead(world, value, ahead)
-        if improve(ahead, policy, ROUNDING * largest) == 0:
+        slack = ROUNDING * look_ahead(world, value, ahead) / (1.0 - world.discount)
+        if improve(ahead, policy, slack * 2.0 ** max(0, count - PATIENCE)) == 0:
             return count + 1
     return ROUNDS
 

@@ -30,7 +30,7 @@ def predict_mixture(posterior: Posterior, states: Any) -> Floats:
     The exact predictive of the exchangeable model: the weights do not depend on the state, the policies do. Raises
     ``InputError`` for states (M,) that do not exist and for a posterior that was not made by planning.
     """
-    policies, row = _policies(posterior, states)
+    policies, row = policies_of(posterior, states)
     return np.asarray((policies @ _weights(posterior))[row])
 
 
@@ -40,7 +40,7 @@ def predict_literal(posterior: Posterior, states: Any) -> Floats:
     The cluster is argmax_z Σ_a P(z | ẑ, ĝ, (s, a)). By (4.9) the sum is CRP(z)·Σ_a π_z(a | s) = CRP(z): it ignores the
     state, and the largest cluster is chosen everywhere. Kept for comparison; ``predict_mixture`` is what it meant.
     """
-    policies, row = _policies(posterior, states)
+    policies, row = policies_of(posterior, states)
     size = np.bincount(posterior.best_assignment, minlength=posterior.candidates.n_candidates)
     used = np.flatnonzero(size)
     score = (size[used] * policies[:, :, used]).sum(axis=1)
@@ -59,7 +59,7 @@ def predict_nearby(posterior: Posterior, states: Any, *, bandwidth: float | None
     if bandwidth is None:
         bandwidth = best_bandwidth(posterior)
     width, seen, there = positive("bandwidth", bandwidth), posterior.demonstrations.places, _places(posterior, states)
-    policies, row = _policies(posterior, states)
+    policies, row = policies_of(posterior, states)
     out = np.empty((len(there), policies.shape[1]))
     for block in _blocks(len(there), len(seen)):
         near = np.exp(-0.5 * (_distances(there[block], seen) / width) ** 2)
@@ -78,7 +78,7 @@ def predict_waypoints(
     looked at, never actions.
     """
     sequence, dwell = waypoints(posterior), whole("dwell", dwell, least=0)
-    policies, row = _policies(posterior, demonstrations.states)
+    policies, row = policies_of(posterior, demonstrations.states)
     sets: Any = posterior.candidates.goal_sets
     there = np.stack([np.isin(demonstrations.states, sets[g]) for g in sequence], axis=1)
     aim = np.empty(demonstrations.n_observations, np.int64)
@@ -123,7 +123,7 @@ def best_bandwidth(posterior: Posterior) -> float:
     if furthest == 0:
         return 1.0
     tried = np.geomspace(closest / 2, furthest, BANDWIDTHS)
-    policies, row = _policies(posterior, demos.states[tried_on])
+    policies, row = policies_of(posterior, demos.states[tried_on])
     taken = policies[row, demos.actions[tried_on]]
     alone = demos.n_trajectories == 1
     scores = np.zeros(BANDWIDTHS)
@@ -147,7 +147,7 @@ def planned_source(posterior: Posterior) -> PlannedActions:
     return source
 
 
-def _policies(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
+def policies_of(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
     """(U, A, G) π_g(a | s) of the different states, and (M,) the row of each state."""
     source = planned_source(posterior)
     here, row = np.unique(_checked(source, states), return_inverse=True)

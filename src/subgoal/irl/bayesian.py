@@ -101,7 +101,8 @@ def bayesian_irl(
     begin = time.monotonic()
     walks = [RewardChain(law, generator, _start(law, k, generator)) for k, generator in enumerate(generators)]
     made, done = _advance(walks, np.ones(length), keep, workers, progress or Silent(), sweep)
-    posterior = _assemble(law, made, keep[:done], done < length, time.monotonic() - begin)
+    drift = max(walk.error_bound for walk in walks)
+    posterior = _assemble(law, made, keep[:done], done < length, time.monotonic() - begin, drift)
     if posterior.status is not Status.CONVERGED:
         warnings.warn(posterior.status.value, ConvergenceWarning, stacklevel=2)
     return posterior
@@ -196,7 +197,7 @@ def _advance(
 
 
 def _assemble(
-    law: RewardLaw, made: list[list[Steps]], keep: Bools, interrupted: bool, seconds: float
+    law: RewardLaw, made: list[list[Steps]], keep: Bools, interrupted: bool, seconds: float, drift: float
 ) -> RewardPosterior:
     kept = int(keep.sum())
     if not kept:
@@ -215,5 +216,5 @@ def _assemble(
     diagnostics, status = gate(summaries, interrupted=interrupted, biased=False)
     return RewardPosterior(
         weights, values, traces["log_likelihood"], traces["log_joint"], accepted, diagnostics, status, law, seconds,
-        undetermined_directions(law.features),
+        drift, undetermined_directions(law.features),
     )  # fmt: skip

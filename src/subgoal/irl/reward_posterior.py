@@ -41,6 +41,8 @@ class RewardPosterior:
         Prior, likelihood and proposals: world, features, α, δ.
     seconds:
         Wall time of the chains.
+    error_bound:
+        Of the values at the last draw of each chain, the largest: how far low-rank updates have drifted.
     undetermined:
         (F, k) directions of the weights of which the demonstrations can say nothing: there the posterior is the prior.
     """
@@ -54,6 +56,7 @@ class RewardPosterior:
     status: Status
     law: RewardLaw
     seconds: float
+    error_bound: float
     undetermined: Floats
 
     def __repr__(self) -> str:

@@ -170,6 +170,10 @@ class RewardChain:
         return made
 
     @property
-    def weights(self) -> Floats:
-        """(F,) where the chain is."""
-        return np.asarray(self.law.prior.start + self.law.step * self.walk.point)
+    def error_bound(self) -> float:
+        """No value where the chain is now is further than this from the optimal one, rounding of this bound aside."""
+        ahead = np.empty(self.law.mdp.available.shape)
+        look_ahead(self.law.world, self.walk.value, ahead)
+        best = np.where(self.law.mdp.terminal, 0.0, ahead.max(axis=1))
+        residual = np.abs(self.walk.reward + best - self.walk.value).max()
+        return float(residual / (1 - self.law.mdp.discount))

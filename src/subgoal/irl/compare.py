@@ -1,0 +1,204 @@
+"""Which account of a demonstrator foretells best what it has not seen: methods side by side, by whole trajectories."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from subgoal.answers.trajectory_scores import Difference, TrajectoryScores
+from subgoal.answers.validation import some_trajectories
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.irl.rivals import FLOORS, RIVALS, Fitted, Rival
+from subgoal.irl.single_reward import shown
+from subgoal.mdp.tabular import TabularMDP
+from subgoal.runtime.checks import Floats, Ints, whole
+from subgoal.runtime.errors import InputError, StoppedError, SubgoalError
+from subgoal.runtime.interrupt import Interrupt
+from subgoal.runtime.progress import Progress, Silent
+from subgoal.runtime.seeds import stream
+
+TIE = 1e-9
+"""Probabilities within this of the largest, relative to it, are tied."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Compared(TrajectoryScores):
+    """How one method foretold the trajectories it had not seen.
+
+    Attributes
+    ----------
+    key, name:
+        Of ``RIVALS``, and in words.
+    losses:
+        (D,) expected 0-1 losses of its likeliest action, summed over each trajectory, ties split evenly.
+    seconds:
+        Of all fits.
+    size, unit:
+        How many subgoals, rewards or counts it has, in the mean over the folds.
+    converged:
+        In how many folds, of how many.
+    notes:
+        Of the fit to the last fold.
+    """
+
+    key: str
+    name: str
+    losses: Floats
+    seconds: float
+    size: float
+    unit: str
+    converged: tuple[int, int]
+    notes: tuple[str, ...]
+
+    @property
+    def loss(self) -> float:
+        """Share of the decisions in which the likeliest action was not taken."""
+        return float(self.losses.sum() / self.decisions.sum())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison:
+    """All methods on the same folds, the best in bits per decision first.
+
+    Attributes
+    ----------
+    methods:
+        Scores of each.
+    failed:
+        Why others could not be fitted, by name.
+    folds:
+        (D,) the fold of each trajectory.
+    """
+
+    methods: tuple[Compared, ...]
+    failed: Mapping[str, str]
+    folds: Ints
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{each.name} {each.bits_per_decision:.3f}" for each in self.methods[:3])
+        return f"Comparison({told}; {len(self.methods)} methods, {int(self.folds.max()) + 1} folds)"
+
+    @property
+    def best(self) -> Compared:
+        """Of the most bits per decision."""
+        return self.methods[0]
+
+    def behind(self, method: Compared) -> Difference:
+        """By how many bits per decision a method is behind the best, over the trajectories."""
+        return self.best.difference(method)
+
+
+def compare(
+    demonstrations: Demonstrations,
+    mdp: TabularMDP,
+    *,
+    methods: Sequence[str] | Mapping[str, Rival] | None = None,
+    folds: int = 5,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Fit methods to demonstrations of a discrete world and score each on trajectories that it has not seen.
+
+    Parameters
+    ----------
+    demonstrations, mdp:
+        D trajectories, two at least, of states and actions, and their world.
+    methods:
+        Keys of ``subgoal.irl.rivals.RIVALS``, or functions of one's own by name; not given: all but "bayesian", which takes minutes. The floors "chance",
+        "cloning" (p(a | s)) and "markov" (p(a | state before, s)) are always among the keys.
+    folds:
+        Of whole trajectories, by lot; at most D. All methods get the same.
+    seed:
+        Of the folds and of the methods.
+    progress:
+        Told the fits.
+
+    Returns
+    -------
+    Comparison. A method that cannot be fitted to some fold, as where features do not allow it, is in ``failed``.
+
+    Raises
+    ------
+    InputError
+        Fewer than two trajectories, more folds than these, methods that are not known, impossible demonstrations.
+    StoppedError
+        Ctrl-C before a method had been fitted to all folds; after that, what there is is given.
+    """
+    shown(demonstrations, mdp)
+    count, folds = demonstrations.n_trajectories, whole("folds", folds, least=2)
+    if count < 2:
+        raise InputError("demonstrations", found="one trajectory", wanted="two or more, to leave some out")
+    if folds > count:
+        raise InputError("folds", found=folds, wanted=f"at most {count}, the number of trajectories")
+    rivals = _chosen(methods)
+    fold = stream(whole("seed", seed, least=0), 36).permutation(np.arange(count) % folds)
+    made: list[Compared] = []
+    failed: dict[str, str] = {}
+    with Interrupt() as interrupt, progress or Silent() as display:
+        for k, (key, (name, rival)) in enumerate(rivals.items()):
+            step = partial(_tell, display, k * folds, len(rivals) * folds, name)
+            try:
+                made.append(_scored(key, name, rival, demonstrations, mdp, fold, seed, interrupt, step))
+            except StoppedError:
+                break
+            except SubgoalError as problem:
+                failed[name] = str(problem)
+    if not made:
+        raise StoppedError("stopped before a method had been fitted to all folds")
+    return Comparison(tuple(sorted(made, key=lambda each: -each.bits_per_decision)), failed, fold)
+
+
+def _chosen(methods: Any) -> dict[str, tuple[str, Rival]]:
+    if methods is None:
+        return {key: rival for key, rival in RIVALS.items() if key != "bayesian"}
+    if isinstance(methods, Mapping):
+        return {key: RIVALS[key] for key in FLOORS} | {str(key): (str(key), rival) for key, rival in methods.items()}
+    unknown = [key for key in methods if key not in RIVALS]
+    if unknown or isinstance(methods, str):
+        found = repr(unknown[0]) if unknown else repr(methods)
+        raise InputError("methods", found=found, wanted="some of " + ", ".join(RIVALS))
+    return {key: RIVALS[key] for key in RIVALS if key in (*FLOORS, *methods)}
+
+
+def _tell(display: Progress, before: int, total: int, name: str, done: int) -> None:
+    display.update(before + done, total, name)
+
+
+def _scored(
+    key: str, name: str, rival: Rival, demonstrations: Demonstrations, mdp: TabularMDP, fold: Ints, seed: int,
+    interrupt: Interrupt, step: Callable[[int], None],
+) -> Compared:  # fmt: skip
+    """One method over all folds. Raises ``StoppedError`` where Ctrl-C came between."""
+    table = np.full((demonstrations.n_observations, mdp.n_actions), np.nan)
+    fits: list[Fitted] = []
+    seconds = 0.0
+    for j in range(int(fold.max()) + 1):
+        if interrupt.requested:
+            raise StoppedError("stopped")
+        begin = time.monotonic()
+        fits.append(rival(some_trajectories(demonstrations, np.flatnonzero(fold != j)), mdp, seed))
+        seconds += time.monotonic() - begin
+        left_out = np.flatnonzero(fold == j)
+        rows = np.isin(demonstrations.trajectory, left_out)
+        table[rows] = fits[-1].foretell(some_trajectories(demonstrations, left_out))
+        step(j + 1)
+    log_taken, loss = _decisions(table, demonstrations)
+    sums = [np.add.reduceat(values, demonstrations.offset[:-1]) for values in (log_taken, loss)]
+    return Compared(
+        log_predictive=sums[0], decisions=np.diff(demonstrations.offset), key=key, name=name, losses=sums[1],
+        seconds=seconds, size=float(np.mean([each.size for each in fits])), unit=fits[-1].unit,
+        converged=(sum(each.converged for each in fits), len(fits)), notes=fits[-1].notes,
+    )  # fmt: skip
+
+
+def _decisions(table: Floats, demonstrations: Demonstrations) -> tuple[Floats, Floats]:
+    """(N,) log probability of the action taken, and expected 0-1 loss."""
+    rows, actions = np.arange(len(table)), np.asarray(demonstrations.actions)
+    best = table >= table.max(axis=1, keepdims=True) * (1 - TIE)
+    with np.errstate(divide="ignore"):
+        return np.log(table[rows, actions]), 1 - best[rows, actions] / best.sum(axis=1)
