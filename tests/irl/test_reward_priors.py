@@ -107,6 +107,8 @@ def test_as_printed_the_prior_is_flat() -> None:
         (ThreePeaks(-0.01, 0.01), 0.0),
         (ThreePeaks.scaled(0.01, bounded=True), 0.0),
         (ThreePeaks(-1.0, 4.0, 1e-9), 1.2 / 1.8),
+        (ThreePeaks(-1.0, 1.0, 9.0, (1.0, 1e-99, 1e-99)), -1.0),
+        (ThreePeaks(0.0, 1.0, 9.0, (1e-99, 1.0, 1e-99)), 1.0),
     ],
 )  # fmt: skip
 def test_modes(prior, wanted: float) -> None:

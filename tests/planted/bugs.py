@@ -7,6 +7,7 @@ from tests.planted.companion_bugs import COMPANION_BUGS
 from tests.planted.irl_bugs import MARGIN_BUGS
 from tests.planted.learning_bugs import LEARNING_BUGS
 from tests.planted.persistence_bugs import PERSISTENCE_BUGS
+from tests.planted.prior_bugs import PRIOR_BUGS
 from tests.planted.sampler_bugs import SAMPLER_BUGS
 from tests.planted.summary_bugs import SUMMARY_BUGS
 from tests.planted.temporal_bugs import STICKY_AND_GROUP_BUGS

@@ -169,7 +169,8 @@ class ThreePeaks:
     @property
     def start(self) -> float:
         """The mode nearest zero: of the modes, which all lie between ``low`` and ``high``."""
-        grid = np.union1d(np.linspace(self.low, self.high, SCAN), [0.0])
+        beyond = (self.high - self.low) / SCAN
+        grid = np.union1d(np.linspace(self.low - beyond, self.high + beyond, SCAN), [0.0])
         slope = self._uphill(grid)
         tops = np.flatnonzero((slope[:-1] > 0) & (slope[1:] <= 0))
         modes = [brentq(lambda x: float(self._uphill(np.array([x]))[0]), grid[i], grid[i + 1]) for i in tops]
