@@ -22,7 +22,7 @@ from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.checks import Floats
 
 SHOWN, CONFIDENCE = 2, 0.95
-DRAWS, WARMUP, QUICK_DRAWS, QUICK_WARMUP = 1_000, 200, 30, 10
+DRAWS, WARMUP, QUICK_DRAWS, QUICK_WARMUP = 1_000, 200, 50, 15
 TRIED_DRAWS, TESTED = 25, 100
 PRIOR = ThreePeaks.scaled(bounded=True)
 MEAN, TRUTH = "posterior mean", "true reward"
@@ -47,6 +47,7 @@ def of_mean(world: RoomWorld, seed: int, quick: bool) -> Headline:
         "status": posterior.status.name,
         "largest_rhat_of_log_densities": rhat,
         "expected": {name: row for name, row in found.items() if not name.startswith("draw")},
+        "draws_tried": TRIED_DRAWS,
         "best_draw": {kind: min(row[kind] for name, row in found.items() if name.startswith("draw")) for kind in kinds},
         "least": {kind: min(found, key=lambda name: found[name][kind]) for kind in kinds},
     }
