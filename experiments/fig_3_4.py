@@ -126,15 +126,15 @@ def picture(trace: Trace, headline: Headline) -> Figure:
     panels[0, 0].set(ylabel="pairs of 5,000 (log scale)", yscale="log", ylim=(150, 5_000))
     panels[0, 0].set_yticks([200, 500, 1_000, 2_000, 4_000], ["200", "500", "1,000", "2,000", "4,000"])
     panels[0, 0].minorticks_off()
-    panels[0, 0].set_title("Expert's actions that its policy does not take")
+    panels[0, 0].set_title("Expert's actions that the learned policy does not take")
     draw_losses(panels[0, 1], trace, "by_state")
     panels[0, 1].set(ylabel="share", ylim=(0, 0.8))
     panels[0, 1].legend(loc="upper right", title="median, middle half shaded", title_fontsize=8.5)
     panels[0, 1].set_title("The same, each visited state counting once")
     draw_boxes(panels[1, 0], [settled(found.even, trace.iterations) for found in trace.losses.values()])
-    panels[1, 0].set_title("Iterations until nine tenths of the way to its end")
+    panels[1, 0].set_title("Iterations until nine tenths of the way to where a run ends")
     draw_boxes(panels[1, 1], [end_of(found.even) for found in trace.losses.values()])
-    panels[1, 1].set_title("Where a run ends (pairs)")
+    panels[1, 1].set_title(f"Where a run ends, after {trace.iterations[-1]:,} iterations (pairs)")
     return figure
 
 
@@ -145,7 +145,7 @@ def draw_losses(axis: Axes, trace: Trace, kind: str) -> None:
         axis.fill_between(trace.iterations, low, high, color=SHADES[name], alpha=0.13, lw=0)
         axis.plot(trace.iterations, middle, color=SHADES[name], label=name)
     axis.set(xlabel="iteration (log scale)", xscale="log", xlim=(FROM, trace.iterations[-1]))
-    ticks = [tick for tick in (10, 100, 1_000, int(trace.iterations[-1])) if tick <= trace.iterations[-1]]
+    ticks = [tick for tick in (10, 30, 100, 300, 1_000, 3_000, 8_000) if tick <= trace.iterations[-1]]
     axis.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
 
 
@@ -161,6 +161,7 @@ def draw_boxes(axis: Axes, values: list[Floats]) -> None:
         middle = float(np.nanmedian(each))
         axis.annotate(f"{middle:,.0f}", (middle, height - 0.3), ha="center", va="bottom", fontsize=8.5)
     axis.set_yticks(range(1, len(values) + 1), list(VARIANTS))
+    axis.xaxis.set_major_formatter("{x:,.0f}")
     axis.set(ylim=(len(values) + 0.6, 0.25), xlim=(0, None))
     axis.grid(axis="y", visible=False)
 

@@ -104,8 +104,8 @@ def best(mean: Headline) -> Headline:
     return {
         "name": "the posterior mean minimises (3.4) and (3.5)",
         "verdict": YES if all(wins.values()) else PARTLY if any(wins.values()) else NO,
-        "measured": f"of {len(mean['expected']) + mean['draws_tried']} rewards tried it has the least expected loss for "
-        f"{', '.join(kind for kind, won in wins.items() if won) or 'none'}" + (f"; {others}" if others else ""),
+        "measured": f"of {len(mean['expected']) + mean['draws_tried']} rewards tried it has the least expected loss "
+        f"for {', '.join(kind for kind, won in wins.items() if won) or 'none'}" + (f"; {others}" if others else ""),
         "thesis": "the mean of the posterior minimises (3.4), and its optimal policy (3.5) (3.1)",
     }
 
