@@ -15,6 +15,9 @@ def test_the_printed_prior_is_flat_and_the_scaled_one_has_three_peaks(tmp_path) 
     assert headline["scaled"]["zero_against_R_max"] == pytest.approx(2.5, rel=1e-3)
     assert headline["scaled"]["zero_against_half_R_max"] > headline["scaled"]["zero_against_R_max"]
     assert headline["claims"][0]["verdict"] == "does not hold"
+    for prior, low in ((fig_3_2.PRINTED, 0.999), (fig_3_2.SCALED, 0.0)):
+        drawn = fig_3_2.densities(prior)
+        assert drawn.max() == 1 and low < drawn.min() < low + 0.1
     assert len(figure.axes) == 2
 
 
