@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.planted.bug import Bug
 from tests.planted.companion_bugs import COMPANION_BUGS
-from tests.planted.irl_bugs import MARGIN_BUGS
+from tests.planted.irl_bugs import ENTROPY_BUGS, MARGIN_BUGS
 from tests.planted.learning_bugs import LEARNING_BUGS
 from tests.planted.persistence_bugs import PERSISTENCE_BUGS
 from tests.planted.prior_bugs import PRIOR_BUGS
@@ -147,5 +147,6 @@ FILES = [
 ]  # fmt: skip
 BUGS = [
     *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
-    *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS, *WALK_BUGS, *MARGIN_BUGS, *PRIOR_BUGS,
+    *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS, *WALK_BUGS, *MARGIN_BUGS, *ENTROPY_BUGS,
+    *PRIOR_BUGS,
 ]  # fmt: skip

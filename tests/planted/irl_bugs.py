@@ -50,3 +50,48 @@ MARGIN_BUGS = [
     Bug("a prior on illegal actions", CLONING, "* mdp.available", "* np.ones(mdp.available.shape)",
         OF_CLONING + "policies_are_counts_and_a_prior_for_each_legal_action"),
 ]  # fmt: skip
+
+SOFT, FLOW, CAUSAL = "mdp/planners/soft.py", "mdp/planners/flow.py", "irl/causal_objective.py"
+TRAJECTORY, PATHS, ENTROPY = "irl/trajectory_objective.py", "_kernels/paths.py", "irl/max_entropy.py"
+OF_SOFT, OF_ENTROPY = "mdp/planners/test_soft.py::test_", "irl/test_max_entropy.py::test_"
+
+ENTROPY_BUGS = [
+    Bug("soft values without the temperature", SOFT, "peak + temperature * np.log(total)", "peak + np.log(total)",
+        OF_SOFT + "values_and_policies_are_those_of_plain_recursion[0]"),
+    Bug("the bound of soft values is the change of a sweep", SOFT, "(modulus * last.change + floor) / (1 - modulus)",
+        "modulus * last.change + floor", OF_SOFT + "the_bound_is_attained_with_one_state"),
+    Bug("soft values at discount 1 are taken on trust", SOFT, "if not ((under - slack >= low)[inner].all()",
+        "if False and not ((under - slack >= low)[inner].all()",
+        OF_SOFT + "at_discount_1_no_bound_is_claimed_that_does_not_hold"),
+    Bug("visits are not discounted", FLOW, "- mdp.discount * self.transition", "- 0.9 * self.transition",
+        OF_SOFT + "visits_sum_to_the_horizon_and_flow[1-0.5]"),
+    Bug("visits flow backwards", FLOW, "Flow(mdp, table).forwards(first)", "Flow(mdp, table).backwards(first)",
+        OF_SOFT + "visits_sum_to_the_horizon_and_flow[1-0.5]"),
+    Bug("expected visits are those of all states, not of the pairs", CAUSAL, "forwards(self.on_value)",
+        "forwards(-self.on_reward)", OF_ENTROPY + "causal_gradients_are_exact[likelihood-0.9-False-0.0]"),
+    Bug("a trajectory that was cut off is over", CAUSAL, "mdp.matrix.T @ cut - begun",
+        "0 * (mdp.matrix.T @ cut) - begun",
+        OF_ENTROPY + "visits_of_the_policy_found_match_those_shown_at_the_discount_of_the_world[0.9]"),
+    Bug("visits shown are not discounted", CAUSAL, "mdp.discount ** time.astype(float)", "1.0 ** time.astype(float)",
+        OF_ENTROPY + "visits_of_the_policy_found_match_those_shown_at_the_discount_of_the_world[0.9]"),
+    Bug("the penalty has twice its gradient", CAUSAL, "(self.on_reward + flow) - self.l2 * weights",
+        "(self.on_reward + flow) - 2 * self.l2 * weights",
+        OF_ENTROPY + "causal_gradients_are_exact[likelihood-0.9-False-0.7]"),
+    Bug("the last state of a trajectory is not paid", PATHS, "out[steps, state] = fade[steps] * reward[state]",
+        "out[steps, state] = 0.0", OF_ENTROPY + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-True]"),
+    Bug("rewards of trajectories do not fade", PATHS, "out[t, state] = fade[t] * reward[state] + peak",
+        "out[t, state] = reward[state] + peak",
+        OF_ENTROPY + "the_likelihood_of_trajectories_is_that_of_enumeration[0.6-True]"),
+    Bug("sums over trajectories without logs", PATHS, "peak = ahead if ahead > peak else peak",
+        "peak = 0.0 if ahead > peak else peak", OF_ENTROPY + "longer_weights_than_doubles_hold_do_no_harm"),
+    Bug("all trajectories are as long as the longest", TRAJECTORY, "pairs.starts[length == n]", "pairs.starts",
+        OF_ENTROPY + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-True]"),
+    Bug("last states that are not known count as if they were", TRAJECTORY, "pairs.final) > 0", "pairs.final) >= 0",
+        OF_ENTROPY + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-False]"),
+    Bug("pairs without order pass for trajectories", ENTROPY, "    if not pairs.ordered:\n        raise",
+        "    if False:\n        raise", OF_ENTROPY + "trajectories_need_pairs_in_order"),
+    Bug("a constant reward is undetermined where episodes end", "irl/single_reward.py", "if mdp is not None:",
+        "if False and mdp is not None:", OF_ENTROPY + "no_policy_depends_on_undetermined_directions[ending]"),
+    Bug("a search that was cut short passes for converged", "irl/ascent.py", "if steps.slope(weights) <= tolerance:",
+        "if steps.slope(weights) <= 1:", OF_ENTROPY + "ctrl_c_gives_back_what_was_found_and_limits_are_said"),
+]  # fmt: skip

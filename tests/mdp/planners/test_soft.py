@@ -123,6 +123,15 @@ def test_at_discount_1_values_come_with_a_bound_where_episodes_end(cost: float) 
     assert abs(early.value - slow).max() <= early.error_bound <= 0.1
 
 
+def test_at_discount_1_no_bound_is_claimed_that_does_not_hold() -> None:
+    for cost in (0.3, 0.6, 1.0, 3.0):
+        mdp, reward = ending_walk(cost)
+        exact = soft_value_iteration(mdp, reward)
+        for sweeps in range(1, 6):
+            plan = soft_value_iteration(mdp, reward, most_sweeps=sweeps, allow_unconverged=True)
+            assert abs(plan.value - exact.value).max() <= plan.error_bound + exact.error_bound
+
+
 def test_at_discount_1_entropy_without_end_is_an_error() -> None:
     """Two ways at every step, for ever: the sum over all ways to the end is infinite below a cost of log 2."""
     mdp, reward = ending_walk(0.5, slip=0.0)
