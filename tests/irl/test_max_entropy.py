@@ -1,4 +1,4 @@
-"""Maximum entropy: exact gradients, matched visits, likelihoods by enumeration, and what is said of bad input."""
+"""Maximum entropy: matched visits, policies that are found, and what is said of bad input."""
 
 from __future__ import annotations
 
@@ -14,147 +14,13 @@ from subgoal.irl.single_reward import shown
 from subgoal.irl.trajectory_objective import TrajectoryObjective
 from subgoal.mdp.planners.flow import expected_visits
 from subgoal.mdp.planners.soft import soft_value_iteration
-from subgoal.mdp.simulation import simulate
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.partition.outcome import Outcome
 from subgoal.runtime.errors import BudgetError, InputError
 from subgoal.runtime.progress import Silent
+from tests.irl.entropy_worlds import DISCOUNTS, OBJECTIVES, acted, features_of, tiny, world
 from tests.mdp.small_worlds import corridor
 from tests.oracles import entropy as oracle
-
-DISCOUNTS = (0.0, 0.5, 0.9, 0.99, 0.999)
-OBJECTIVES = ("likelihood", "feature_matching")
-
-
-def world(seed: int, discount: float, *, ends: bool = False, states: int = 6) -> TabularMDP:
-    """Some states with three uncertain actions, one of which is missing somewhere; the last state may be an ending."""
-    generator = np.random.default_rng(seed)
-    table = generator.dirichlet(np.full(states, 0.4), (states, 3))
-    table[1, 2] = 0
-    table[table < 1e-3] = 0
-    if ends:
-        table[-1] = 0
-        table[:-1, 0, -1] += 0.3
-    sums = table.sum(axis=2, keepdims=True)
-    table = np.divide(table, sums, out=np.zeros_like(table), where=sums > 0)
-    start = np.full(states, 1 / states)
-    if ends:
-        start = np.append(np.full(states - 1, 1 / (states - 1)), 0.0)
-    return TabularMDP.from_dense(table, discount, start=start)
-
-
-def acted(mdp: TabularMDP, *, trajectories: int = 8, steps: int = 5, seed: int = 0, size: float = 1.0):
-    """What a soft planner shows, and its reward."""
-    reward = size * np.random.default_rng(seed + 100).normal(size=mdp.n_states)
-    if mdp.discount == 1:
-        reward -= 2 + size
-    policy = soft_value_iteration(mdp, reward).policy
-    return simulate(mdp, policy, steps=steps, trajectories=trajectories, seed=seed), reward
-
-
-def features_of(mdp: TabularMDP, count: int = 4) -> np.ndarray:
-    return np.random.default_rng(5).normal(size=(mdp.n_states, count))
-
-
-def check_gradient(objective, weights) -> None:
-    """Against central differences of two widths, the error of which falls with the fourth power."""
-    _, gradient = objective(weights)
-    slow = np.empty_like(weights)
-    for k, step in enumerate(np.eye(weights.size)):
-        wide, narrow = ((objective(weights + h * step)[0] - objective(weights - h * step)[0]) / (2 * h)
-                        for h in (2e-3, 1e-3))  # fmt: skip
-        slow[k] = (4 * narrow - wide) / 3
-    np.testing.assert_allclose(gradient, slow, rtol=0, atol=1e-6 * abs(slow).max() + 1e-9)
-
-
-@pytest.mark.parametrize("l2", [0.0, 0.7])
-@pytest.mark.parametrize("ends", [False, True])
-@pytest.mark.parametrize("discount", [*DISCOUNTS[1:], 1.0])
-@pytest.mark.parametrize("objective", OBJECTIVES)
-def test_causal_gradients_are_exact(objective: str, discount: float, ends: bool, l2: float) -> None:
-    if discount == 1 and not ends:
-        pytest.skip("no episode ends")
-    mdp = world(3, discount, ends=ends)
-    demonstrations, reward = acted(mdp)
-    phi = np.column_stack([features_of(mdp), reward])
-    search = getattr(CausalObjective, objective)(shown(demonstrations, mdp), mdp, phi, l2)
-    check_gradient(search, np.array([0.05, -0.1, 0.1, 0.02, 0.9]))
-
-
-@pytest.mark.parametrize("l2", [0.0, 0.7])
-@pytest.mark.parametrize("ends", [False, True])
-@pytest.mark.parametrize("discount", [0.0, 0.5, 0.9, 1.0])
-def test_trajectory_gradients_are_exact(discount: float, ends: bool, l2: float) -> None:
-    mdp = world(3, 0.9, ends=ends)
-    demonstrations, _ = acted(mdp)
-    check_gradient(
-        TrajectoryObjective(shown(demonstrations, mdp), mdp, features_of(mdp), discount, l2),
-        np.array([0.5, -0.8, 1.0, 0.3]),
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("discount", [0.5, 0.9])
-def test_the_causal_likelihood_is_that_of_plain_recursion(discount: float) -> None:
-    mdp = world(4, discount, ends=True)
-    demonstrations, reward = acted(mdp)
-    search = CausalObjective.likelihood(shown(demonstrations, mdp), mdp, np.eye(6), 0.0)
-    table = mdp.matrix.toarray().reshape(6, 3, 6)
-    _, policy = oracle.soft_values(table, (np.repeat(reward[:, None], 3, axis=1), reward), discount, 1.0, 400)
-    slow = np.log(policy[demonstrations.states, demonstrations.actions]).sum()
-    assert search(reward)[0] == pytest.approx(slow, rel=1e-9)
-
-
-def without_ends(demonstrations: Demonstrations) -> Demonstrations:
-    """The last states forgotten, a stand-in left that cannot follow: state 0 does not lead to itself in ``tiny``."""
-    return Demonstrations(demonstrations.states, demonstrations.actions, demonstrations.offset)
-
-
-def tiny() -> tuple[TabularMDP, np.ndarray]:
-    """Four states, two actions, no state leads to itself; the last is an ending."""
-    table = np.zeros((4, 2, 4))
-    table[0] = [[0, 0.6, 0.4, 0], [0, 0, 1, 0]]
-    table[1] = [[0.5, 0, 0.5, 0], [0.2, 0, 0, 0.8]]
-    table[2] = [[0.7, 0.3, 0, 0], [0, 0.1, 0, 0.9]]
-    return TabularMDP.from_dense(table, 0.9, start=np.array([0.5, 0.3, 0.2, 0])), table
-
-
-@pytest.mark.parametrize("recorded", [True, False])
-@pytest.mark.parametrize("discount", [0.6, 1.0])
-def test_the_likelihood_of_trajectories_is_that_of_enumeration(discount: float, recorded: bool) -> None:
-    mdp, table = tiny()
-    reward = np.array([0.3, -0.7, 1.1, 0.6])
-    demonstrations = simulate(mdp, np.full((4, 2), 0.5), steps=5, trajectories=12, seed=2)
-    lengths = np.diff(demonstrations.offset)
-    assert len(set(lengths)) > 2
-    if not recorded:
-        demonstrations = without_ends(demonstrations)
-    slow = 0.0
-    for d, (first, stop) in enumerate(zip(demonstrations.offset, demonstrations.offset[1:], strict=False)):
-        states, actions = demonstrations.states[first:stop], demonstrations.actions[first:stop]
-        final = int(demonstrations.final_states[d]) if recorded else None
-        slow += oracle.trajectory_log_probability(table, reward, discount, states, actions, final)
-    search = TrajectoryObjective(shown(demonstrations, mdp), mdp, np.eye(4), discount, 0.0)
-    assert search.recorded.all() == recorded
-    assert search(reward)[0] == pytest.approx(slow, rel=1e-12)
-
-
-def test_expected_visits_and_actions_of_trajectories_are_those_of_enumeration() -> None:
-    mdp, table = tiny()
-    reward, discount = np.array([0.3, -0.7, 1.1, 0.6]), 0.8
-    demonstrations = simulate(mdp, np.full((4, 2), 0.5), steps=4, trajectories=6, seed=3)
-    visits, pairs, log_total = np.zeros(4), np.zeros((4, 2)), 0.0
-    for first, stop in zip(demonstrations.offset, demonstrations.offset[1:], strict=False):
-        every = list(oracle.trajectories(table, demonstrations.states[first], stop - first))
-        fade = discount ** np.arange(stop - first + 1)
-        weight = np.array([chance * np.exp(fade @ reward[list(path)]) for path, _, chance in every])
-        log_total += np.log(weight.sum())
-        for (path, actions, _), share in zip(every, weight / weight.sum(), strict=True):
-            np.add.at(visits, list(path), share * fade)
-            np.add.at(pairs, (list(path[:-1]), list(actions)), share)
-    found = TrajectoryObjective(shown(demonstrations, mdp), mdp, np.eye(4), discount, 0.0).expected(reward)
-    assert found[0] == pytest.approx(log_total, rel=1e-12)
-    np.testing.assert_allclose(found[1], visits, rtol=1e-12)
-    np.testing.assert_allclose(found[2], pairs, rtol=1e-12)
 
 
 @pytest.mark.parametrize("discount", DISCOUNTS)
@@ -194,20 +60,6 @@ def test_both_objectives_find_the_policy_of_a_soft_planner(objective: str, disco
     )
 
 
-def test_with_single_pairs_both_objectives_are_one() -> None:
-    mdp = world(9, 0.9)
-    demonstrations, _ = acted(mdp)
-    single = Demonstrations.from_arrays(demonstrations.states, demonstrations.actions)
-    pairs, weights = shown(single, mdp), np.array([0.2, -0.3, 0.5, 0.1, 0.0, 0.4])
-    (one, slope), (other, other_slope) = (
-        getattr(CausalObjective, name)(pairs, mdp, np.eye(6), 0.0)(weights) for name in OBJECTIVES
-    )  # fmt: skip
-    assert one == pytest.approx(other, rel=1e-12)
-    np.testing.assert_allclose(slope, other_slope, atol=1e-12)
-    found = max_causal_entropy(single, mdp, objective="feature_matching")
-    assert any("no trajectory has two pairs" in note for note in found.notes)
-
-
 def test_the_likelihood_does_not_look_at_the_order_of_pairs() -> None:
     mdp = world(9, 0.9)
     demonstrations, _ = acted(mdp)
@@ -215,20 +67,6 @@ def test_the_likelihood_does_not_look_at_the_order_of_pairs() -> None:
     single = Demonstrations.from_arrays(demonstrations.states[mixed], demonstrations.actions[mixed])
     one, other = (max_causal_entropy(each, mdp, l2=0.1) for each in (demonstrations, single))
     np.testing.assert_allclose(one.policy, other.policy, atol=1e-5)
-
-
-def test_where_outcomes_are_certain_trajectories_are_those_of_a_causal_planner_with_the_same_horizon() -> None:
-    """π_t(a | s) ∝ exp(V_{t+1}) by soft backups, so that Σ_t log π_t(a_t | s_t) = log P(ζ)."""
-    mdp = corridor(4, 0.9)
-    reward, states, actions = np.array([0.2, -0.5, 0.9, 0.4]), [1, 2, 3, 3], [1, 1, 2, 0]
-    demonstrations = Demonstrations(np.array(states), np.array(actions), np.array([0, 4]), final_states=np.array([2]))
-    table = mdp.matrix.toarray().reshape(4, 3, 4)
-    ahead, likely = reward.copy(), []
-    for s, a in zip(reversed(states), reversed(actions), strict=True):
-        likely.append((table[s, a] @ ahead) - np.log(np.exp(table[s] @ ahead).sum()))
-        ahead = reward + np.log(np.exp(table @ ahead).sum(axis=1))
-    found = TrajectoryObjective(shown(demonstrations, mdp), mdp, np.eye(4), 1.0, 0.0)(reward)[0]
-    assert found == pytest.approx(sum(likely), rel=1e-12)
 
 
 def test_trajectories_find_the_reward_of_their_own_law() -> None:
@@ -252,20 +90,6 @@ def test_trajectories_find_the_reward_of_their_own_law() -> None:
     assert (found.policy[3] == 0).all()
     assert found.undetermined.shape == (4, 1)
     assert any("lets the demonstrator choose" in note for note in found.notes)
-
-
-def test_longer_weights_than_doubles_hold_do_no_harm() -> None:
-    """Two ways that part for ever, 1,000 steps long: sums that differ by a factor of exp(2,000)."""
-    table = np.zeros((3, 2, 3))
-    table[0, 0, 1] = table[0, 1, 2] = table[1, :, 1] = table[2, :, 2] = 1
-    mdp = TabularMDP.from_dense(table, 0.9)
-    demonstrations = Demonstrations(
-        np.array([0] + [2] * 999), np.array([1] + [0] * 999), np.array([0, 1000]), final_states=np.array([2])
-    )  # fmt: skip
-    search = TrajectoryObjective(shown(demonstrations, mdp), mdp, np.eye(3), 1.0, 0.0)
-    value, gradient = search(np.array([0.0, 1.0, -1.0]))
-    assert value == pytest.approx(-2000 - 999 * np.log(2), rel=1e-12)
-    np.testing.assert_allclose(gradient, [0, -1000, 1000], atol=1e-9)
 
 
 def test_results_say_what_they_are() -> None:

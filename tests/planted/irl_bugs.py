@@ -54,6 +54,7 @@ MARGIN_BUGS = [
 SOFT, FLOW, CAUSAL = "mdp/planners/soft.py", "mdp/planners/flow.py", "irl/causal_objective.py"
 TRAJECTORY, PATHS, ENTROPY = "irl/trajectory_objective.py", "_kernels/paths.py", "irl/max_entropy.py"
 OF_SOFT, OF_ENTROPY = "mdp/planners/test_soft.py::test_", "irl/test_max_entropy.py::test_"
+OF_OBJECTIVES = "irl/test_entropy_objectives.py::test_"
 
 ENTROPY_BUGS = [
     Bug("soft values without the temperature", SOFT, "peak + temperature * np.log(total)", "peak + np.log(total)",
@@ -68,7 +69,7 @@ ENTROPY_BUGS = [
     Bug("visits flow backwards", FLOW, "Flow(mdp, table).forwards(first)", "Flow(mdp, table).backwards(first)",
         OF_SOFT + "visits_sum_to_the_horizon_and_flow[1-0.5]"),
     Bug("expected visits are those of all states, not of the pairs", CAUSAL, "forwards(self.on_value)",
-        "forwards(-self.on_reward)", OF_ENTROPY + "causal_gradients_are_exact[likelihood-0.9-False-0.0]"),
+        "forwards(-self.on_reward)", OF_OBJECTIVES + "causal_gradients_are_exact[likelihood-0.9-False-0.0]"),
     Bug("a trajectory that was cut off is over", CAUSAL, "mdp.matrix.T @ cut - begun",
         "0 * (mdp.matrix.T @ cut) - begun",
         OF_ENTROPY + "visits_of_the_policy_found_match_those_shown_at_the_discount_of_the_world[0.9]"),
@@ -76,18 +77,18 @@ ENTROPY_BUGS = [
         OF_ENTROPY + "visits_of_the_policy_found_match_those_shown_at_the_discount_of_the_world[0.9]"),
     Bug("the penalty has twice its gradient", CAUSAL, "(self.on_reward + flow) - self.l2 * weights",
         "(self.on_reward + flow) - 2 * self.l2 * weights",
-        OF_ENTROPY + "causal_gradients_are_exact[likelihood-0.9-False-0.7]"),
+        OF_OBJECTIVES + "causal_gradients_are_exact[likelihood-0.9-False-0.7]"),
     Bug("the last state of a trajectory is not paid", PATHS, "out[steps, state] = fade[steps] * reward[state]",
-        "out[steps, state] = 0.0", OF_ENTROPY + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-True]"),
+        "out[steps, state] = 0.0", OF_OBJECTIVES + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-True]"),
     Bug("rewards of trajectories do not fade", PATHS, "out[t, state] = fade[t] * reward[state] + peak",
         "out[t, state] = reward[state] + peak",
-        OF_ENTROPY + "the_likelihood_of_trajectories_is_that_of_enumeration[0.6-True]"),
+        OF_OBJECTIVES + "the_likelihood_of_trajectories_is_that_of_enumeration[0.6-True]"),
     Bug("sums over trajectories without logs", PATHS, "peak = ahead if ahead > peak else peak",
-        "peak = 0.0 if ahead > peak else peak", OF_ENTROPY + "longer_weights_than_doubles_hold_do_no_harm"),
+        "peak = 0.0 if ahead > peak else peak", OF_OBJECTIVES + "longer_weights_than_doubles_hold_do_no_harm"),
     Bug("all trajectories are as long as the longest", TRAJECTORY, "pairs.starts[length == n]", "pairs.starts",
-        OF_ENTROPY + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-True]"),
+        OF_OBJECTIVES + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-True]"),
     Bug("last states that are not known count as if they were", TRAJECTORY, "pairs.final) > 0", "pairs.final) >= 0",
-        OF_ENTROPY + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-False]"),
+        OF_OBJECTIVES + "the_likelihood_of_trajectories_is_that_of_enumeration[1.0-False]"),
     Bug("pairs without order pass for trajectories", ENTROPY, "    if not pairs.ordered:\n        raise",
         "    if False:\n        raise", OF_ENTROPY + "trajectories_need_pairs_in_order"),
     Bug("a constant reward is undetermined where episodes end", "irl/single_reward.py", "if mdp is not None:",
