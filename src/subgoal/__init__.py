@@ -57,6 +57,7 @@ _ROOMS = {
     "scores": "answers.scores",
     "evidence": "answers.evidence",
     "sensitivity": "irl.sensitivity",
+    "single_reward": "single_reward",
     "options": "options",
     "checks": "checks",
 }

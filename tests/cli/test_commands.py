@@ -11,7 +11,7 @@ import pytest
 import subgoal as library
 
 
-@pytest.mark.parametrize("command", [[], ["learn"], ["inspect"], ["report"], ["demo"]])
+@pytest.mark.parametrize("command", [[], ["learn"], ["inspect"], ["compare"], ["report"], ["demo"]])
 def test_help_has_an_example(subgoal, command: list[str]) -> None:
     answer = subgoal(*command, "--help")
     assert answer.code == 0
@@ -27,6 +27,27 @@ def test_inspect_prints_counts_and_draws(subgoal, corner: Path, tmp_path: Path) 
     assert answer.code == 0
     assert "82" in answer.out
     assert (tmp_path / "out" / "recording.png").exists()
+
+
+def test_compare_prints_a_table_and_writes_a_report_with_it(subgoal, corner: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    answer = subgoal("compare", corner, "-i", "id", "--folds", "2", "--methods", "bnirl,entropy", "--out", out)
+    assert answer.code == 0
+    assert "maximum causal entropy" in answer.out
+    rows = (out / "comparison.csv").read_text().splitlines()
+    assert {row.split(",")[0] for row in rows[1:]} == {"chance", "cloning", "markov", "bnirl", "entropy"}
+    assert "Is one reward enough?" in (out / "report.html").read_text()
+    assert (out / "comparison.png").stat().st_size > 10_000
+
+
+def test_compare_refuses_what_it_cannot_do_with_a_clear_message(subgoal, corner: Path, tmp_path: Path) -> None:
+    unknown = subgoal("compare", corner, "-i", "id", "--methods", "gail", "--out", tmp_path / "out")
+    assert unknown.code == 2
+    assert "bnirl-persistent" in unknown.err
+    many = subgoal("compare", corner, "-i", "id", "--folds", "99", "--out", tmp_path / "out")
+    assert many.code == 2
+    assert "--folds" in many.err or "folds" in many.err
+    assert not (tmp_path / "out").exists()
 
 
 def test_demo_finds_two_corners_and_the_end(subgoal, tmp_path: Path) -> None:

@@ -1,11 +1,13 @@
-"""The command ``subgoal``: learn, inspect, report, demo."""
+"""The command ``subgoal``: learn, inspect, compare, report, demo."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 
 import typer
 
+from subgoal.cli.compare import compare
 from subgoal.cli.demo import demo
 from subgoal.cli.inspect import inspect
 from subgoal.cli.learn import learn
@@ -41,7 +43,7 @@ def common(
     """Find the goals behind recorded movement, which part serves which, and how sure that is."""
 
 
-for command in (learn, inspect, report, demo):
+for command in (learn, inspect, compare, report, demo):
     app.command(no_args_is_help=command is not demo)(command)
 
 
@@ -53,6 +55,7 @@ def main() -> None:
         print(f"subgoal: {problem or 'stopped'}", file=sys.stderr)
         sys.exit(INTERRUPTED)
     except (SubgoalError, OSError) as problem:
-        command = {"inspect": inspect}.get(next(iter(sys.argv[1:]), ""), learn)
+        commands: dict[str, Callable[..., None]] = {"inspect": inspect, "compare": compare}
+        command = commands.get(next(iter(sys.argv[1:]), ""), learn)
         print(f"subgoal: {as_typed(str(problem), command, learn)}", file=sys.stderr)
         sys.exit(BAD_INPUT)

@@ -22,6 +22,8 @@ from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
 from subgoal.runtime.seeds import stream
 
+MOST_FOLDS = 5
+"""Where no number is given."""
 TIE = 1e-9
 """Probabilities within this of the largest, relative to it, are tied."""
 
@@ -98,7 +100,7 @@ def compare(
     mdp: TabularMDP,
     *,
     methods: Sequence[str] | Mapping[str, Rival] | None = None,
-    folds: int = 5,
+    folds: int | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Comparison:
@@ -109,10 +111,10 @@ def compare(
     demonstrations, mdp:
         D trajectories, two at least, of states and actions, and their world.
     methods:
-        Keys of ``subgoal.irl.rivals.RIVALS``, or functions of one's own by name; not given: all but "bayesian", which takes minutes. The floors "chance",
-        "cloning" (p(a | s)) and "markov" (p(a | state before, s)) are always among the keys.
+        Keys of ``subgoal.irl.rivals.RIVALS``, or functions of one's own by name; not given: all but "bayesian", which
+        takes minutes. The floors "chance", "cloning" (p(a | s)) and "markov" (p(a | state before, s)) are always there.
     folds:
-        Of whole trajectories, by lot; at most D. All methods get the same.
+        Of whole trajectories, by lot, at most D; not given: 5, or D if that is less. All methods get the same.
     seed:
         Of the folds and of the methods.
     progress:
@@ -130,12 +132,12 @@ def compare(
         Ctrl-C before a method had been fitted to all folds; after that, what there is is given.
     """
     shown(demonstrations, mdp)
-    count, folds = demonstrations.n_trajectories, whole("folds", folds, least=2)
+    rivals, count = _chosen(methods), demonstrations.n_trajectories
+    folds = min(MOST_FOLDS, count) if folds is None else whole("folds", folds, least=2)
     if count < 2:
         raise InputError("demonstrations", found="one trajectory", wanted="two or more, to leave some out")
     if folds > count:
         raise InputError("folds", found=folds, wanted=f"at most {count}, the number of trajectories")
-    rivals = _chosen(methods)
     fold = stream(whole("seed", seed, least=0), 36).permutation(np.arange(count) % folds)
     made: list[Compared] = []
     failed: dict[str, str] = {}

@@ -62,7 +62,7 @@ def chance(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted
 def cloning(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
     """The first-order Markov chain p(a | s)."""
     found = behaviour_cloning(demonstrations, mdp)
-    return _by_state(found.policy, _counted_cells(demonstrations), "states seen", notes=found.notes)
+    return _by_state(found.policy, _counted_cells(demonstrations), "states", notes=found.notes)
 
 
 def second_order(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
@@ -78,7 +78,7 @@ def second_order(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> 
         seen = np.where((context[at] == wanted)[:, None], counts[at], 0.0)
         return np.asarray((seen + base[asked.states]) / (seen.sum(axis=1, keepdims=True) + 1))
 
-    return Fitted(foretell, context.size, "pairs of states seen")
+    return Fitted(foretell, context.size, "state pairs")
 
 
 def subgoal_mixture(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
@@ -89,7 +89,7 @@ def subgoal_mixture(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) 
 
 def lasting_subgoals(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
     """BNIRL with subgoals that last, their persistence learned."""
-    posterior = _quietly(bnirl, demonstrations, mdp, seed=seed, model=Persistent(), **SAMPLING)
+    posterior = lasting_posterior(demonstrations, mdp, seed)
 
     def foretell(asked: Demonstrations) -> Floats:
         """The filter before each action: what it says after it, the action taken out again, mixed over policies."""
@@ -102,6 +102,12 @@ def lasting_subgoals(demonstrations: Demonstrations, mdp: TabularMDP, seed: int)
         return np.asarray(table / table.sum(axis=1, keepdims=True))
 
     return _by_subgoals(posterior, foretell)
+
+
+def lasting_posterior(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Posterior:
+    """The fit of ``lasting_subgoals``."""
+    posterior: Posterior = _quietly(bnirl, demonstrations, mdp, seed=seed, model=Persistent(), **SAMPLING)
+    return posterior
 
 
 def bayesian(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:

@@ -10,12 +10,14 @@ from typing import Any
 from subgoal.answers.residuals import residuals
 from subgoal.answers.segments import Segments, segments
 from subgoal.answers.subgoals import Subgoals, subgoals
+from subgoal.irl.compare import Comparison
 from subgoal.irl.reruns import Sensitivity
 from subgoal.plots.shown import is_unordered
 from subgoal.plots.words import certainty, headline, reading, sure
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.reporting.boundaries import boundary_section
+from subgoal.reporting.comparison import comparison_section
 from subgoal.reporting.groups import group_section, shares_of_groups
 from subgoal.reporting.interactive import count_figure, residual_figures, strip_figure, trace_figure
 from subgoal.reporting.learned import counting_section, learned_section
@@ -47,6 +49,7 @@ def report(
     found: Subgoals | None = None,
     cut: Segments | None = None,
     sensitivity: Sensitivity | None = None,
+    comparison: Comparison | None = None,
     title: str | None = None,
     y_down: bool = False,
 ) -> Path:
@@ -60,6 +63,8 @@ def report(
         Subgoals and segments of this posterior; computed if not given.
     sensitivity:
         That of this posterior, to be shown; it takes a while, so it is not computed here.
+    comparison:
+        Other methods on the same demonstrations, to be shown.
     title:
         A line above the headline; the name of the data if not given.
     y_down:
@@ -79,6 +84,7 @@ def report(
         boundary_section(posterior, found, cut, figures),
         details("What each number means", meanings()),
         _counts(posterior, found, figures),
+        comparison_section(comparison),
         _fit(posterior, figures),
         sensitivity_section(sensitivity),
         rate_section(posterior, sensitivity),

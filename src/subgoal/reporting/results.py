@@ -14,6 +14,7 @@ from typing import Any
 from subgoal.answers.residuals import residuals
 from subgoal.answers.segments import OTHER, Segments, segments
 from subgoal.answers.subgoals import COUNTED_FROM, Subgoals, reaches, subgoals
+from subgoal.irl.compare import Comparison
 from subgoal.irl.reruns import Sensitivity
 from subgoal.posterior.archive import save
 from subgoal.posterior.diagnostics import Status
@@ -23,7 +24,10 @@ from subgoal.reporting.learned import learned_numbers, weight_numbers
 from subgoal.reporting.page import report
 from subgoal.runtime.errors import InputError
 
-STALE = ("residuals.png", "residuals.svg", "groups.csv", "sensitivity.csv")
+STALE = (
+    "residuals.png", "residuals.svg", "groups.csv", "sensitivity.csv", "comparison.csv", "comparison.png",
+    "comparison.svg",
+)  # fmt: skip
 """Files that not every posterior gives, taken away when a new result has none."""
 
 
@@ -44,11 +48,13 @@ def write_results(
     y_down: bool = False,
     found: Subgoals | None = None,
     sensitivity: Sensitivity | None = None,
+    comparison: Comparison | None = None,
 ) -> Results:
     """Write ``subgoals.csv``, ``segments.csv``, ``summary.json``, ``posterior.npz``, figures and ``report.html``.
 
-    Where the demonstrations have groups there is ``groups.csv`` too, and with a ``sensitivity`` its table
-    ``sensitivity.csv``. ``found`` are the subgoals, made with ``merge_radius`` if not given.
+    Where the demonstrations have groups there is ``groups.csv`` too; with a ``sensitivity`` its table
+    ``sensitivity.csv``; with a ``comparison`` ``comparison.csv`` and a picture of it. ``found`` are the subgoals, made
+    with ``merge_radius`` if not given.
     Everything is written to a folder beside the results and moved in at the end, so that a run that fails leaves the
     old results whole. Raises ``InputError`` when the folder cannot be written.
     """
@@ -63,10 +69,11 @@ def write_results(
     try:
         _write_tables(posterior, found, cut, aside, y_down)
         _write_more(posterior, found, sensitivity, aside)
+        _write_comparison(comparison, aside)
         _draw(posterior, found, cut, aside, y_down)
         save(posterior, aside / "posterior.npz")
         page = aside / "report.html"
-        report(posterior, page, found=found, cut=cut, sensitivity=sensitivity, y_down=y_down)
+        report(posterior, page, found=found, cut=cut, sensitivity=sensitivity, comparison=comparison, y_down=y_down)
         written = {path.name for path in aside.iterdir()}
         for name in sorted(written):
             (aside / name).replace(folder / name)
@@ -115,6 +122,23 @@ def _write_more(posterior: Posterior, found: Subgoals, sensitivity: Sensitivity 
             row.setting, row.kind, row.n_observations, row.worth, row.n_subgoals, row.lost, row.largest_move,
             row.largest_change, row.persistence, row.concentration, row.rhat, row.status.name,
         ] for row in sensitivity.rows))  # fmt: skip
+
+
+def _write_comparison(found: Comparison | None, folder: Path) -> None:
+    if found is None:
+        return
+    from subgoal.plots.comparison import plot_comparison
+    from subgoal.plots.files import save_figure
+
+    heads = (
+        "method", "name", "bits_per_decision", "standard_error", "wrong", "size", "unit", "seconds", "folds_converged",
+        "folds",
+    )  # fmt: skip
+    _write_csv(folder / "comparison.csv", heads, ([
+        each.key, each.name, each.bits_per_decision, each.standard_error, each.loss, each.size, each.unit,
+        each.seconds, *each.converged,
+    ] for each in found.methods))  # fmt: skip
+    save_figure(plot_comparison(found), folder, "comparison")
 
 
 def summary(posterior: Posterior, found: Subgoals, cut: Segments) -> dict[str, Any]:

@@ -1,0 +1,147 @@
+"""``subgoal compare``: several accounts of one recording, scored on what they have not seen."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from subgoal.cli import options as o
+
+if TYPE_CHECKING:
+    from subgoal.irl.compare import Comparison
+
+PRINTED_WIDTH = 110
+CELLS_ACROSS = 20
+"""Cells along the longer side, where no size is given."""
+MERGED = 2.0
+"""Places within so many cells are one subgoal."""
+WORLD = "World"
+
+
+def compare(
+    file: o.File,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("out"),
+    cell: Annotated[
+        float | None,
+        typer.Option(
+            help="Side of a cell, in units of the positions; default 1/20 of the extent.", rich_help_panel=WORLD
+        ),
+    ] = None,
+    moves: Annotated[
+        int,
+        typer.Option(
+            help="4 or 8 directions. Paths recorded often cross edges of cells, hardly ever corners.",
+            rich_help_panel=WORLD,
+        ),
+    ] = 4,
+    discount: Annotated[float, typer.Option(help="γ of the world.", rich_help_panel=WORLD)] = 0.95,
+    methods: Annotated[
+        str | None,
+        typer.Option(
+            "--methods",
+            "-m",
+            help="bnirl, bnirl-persistent, bayesian (minutes), entropy, apprenticeship, "
+            "margin; floors are always there. Default: all but bayesian.",
+        ),
+    ] = None,
+    folds: Annotated[int | None, typer.Option(help="Of whole trajectories; default 5.")] = None,
+    seed: Annotated[int, typer.Option("--seed", "-s")] = 0,
+    y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
+    quiet: o.Quiet = False,
+    format: o.Format = None,
+    position: o.Position = None,
+    time: o.Time = None,
+    trajectory: o.Trajectory = None,
+    time_scale: o.TimeScale = None,
+    scale: o.Scale = None,
+    units: o.Units = None,
+    clock: o.Clock = None,
+    likelihood: o.Likelihood = None,
+    min_likelihood: o.MinLikelihood = None,
+    bodypart: o.Bodypart = None,
+    start_within: o.StartWithin = None,
+    rate: o.Rate = None,
+    max_gap: o.MaxGap = None,
+    separator: o.Separator = None,
+    decimal: o.Decimal = None,
+) -> None:
+    """Is one reward enough? Grid the recording, fit subgoals and single rewards, score both on unseen trajectories.
+
+    Prints a table (bits per decision, share wrong, size, time) and writes comparison.csv, comparison.png and a report
+    of the subgoals with the comparison in it.
+
+    Examples:
+
+      subgoal compare tracks.csv --trajectory id --cell 0.5 --out out/
+
+      subgoal compare tracks.csv --methods bnirl,entropy --folds 10
+    """  # fmt: skip
+    reading = o.given(
+        format=format, position=o.words(position), time=time, trajectory=trajectory, time_scale=time_scale,
+        scale=scale, units=units, clock=clock, likelihood=likelihood, min_likelihood=min_likelihood,
+        bodypart=bodypart, rate=rate, max_gap=max_gap, separator=separator, decimal=decimal,
+    )  # fmt: skip
+    from subgoal.cli.compose import output_folder
+    from subgoal.irl import compare as comparing
+    from subgoal.irl.rivals import lasting_posterior
+    from subgoal.plots.comparison import comparison_words
+    from subgoal.reporting.results import write_results
+    from subgoal.runtime.progress import progress_display
+
+    world, demonstrations, side = gridded(file, reading, o.box(start_within), cell, moves, discount)
+    if not quiet:
+        told = f"{world.n_states} cells, {demonstrations.n_observations} decisions in"
+        print(f"{told} {demonstrations.n_trajectories} trajectories")
+    with output_folder(out) as folder:
+        found = comparing.compare(
+            demonstrations, world.mdp, methods=o.words(methods), folds=folds, seed=seed,
+            progress=progress_display("comparing", quiet=quiet),
+        )  # fmt: skip
+        posterior = lasting_posterior(demonstrations, world.mdp, seed)
+        write_results(posterior, folder, merge_radius=MERGED * side, y_down=y_down, comparison=found)
+    if not quiet:
+        print_comparison(found)
+        print(comparison_words(found))
+        print(f"Look at {out / 'report.html'}")
+
+
+def gridded(
+    file: Path, reading: dict[str, Any], box: Any, cell: float | None, moves: int, discount: float
+) -> tuple[Any, Any, float]:
+    """The grid world around a recording, the recording in it without standing still, and the side of a cell."""
+    from subgoal.demonstrations.read import look
+    from subgoal.demonstrations.recordings import starting_in
+    from subgoal.mdp import Occupancy, to_cells
+    from subgoal.mdp.grids.samples import planar
+
+    recording: Any = look(file, **reading)
+    if box is not None:
+        recording = starting_in(recording, *zip(*box, strict=True))
+    positions = planar(recording)
+    side = float((positions.max(axis=0) - positions.min(axis=0)).max()) / CELLS_ACROSS if cell is None else cell
+    occupancy = Occupancy.around(recording, side)
+    return *to_cells(recording, occupancy, discount=discount, moves=moves, staying="drop"), side
+
+
+def print_comparison(found: Comparison) -> None:
+    """One table; plain text when not on a terminal."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else PRINTED_WIDTH)
+    table = Table(box=None, pad_edge=False)
+    table.add_column("method", no_wrap=True)
+    for heading in ("bits/decision", "wrong", "size", "seconds", "converged"):
+        table.add_column(heading, justify="right")
+    for each in found.methods:
+        done, folds = each.converged
+        table.add_row(
+            each.name, f"{each.bits_per_decision:.3f} ± {each.standard_error:.3f}", f"{each.loss:.1%}",
+            f"{each.size:.0f} {each.unit}" if each.unit else "–", f"{each.seconds:.1f}", f"{done}/{folds}",
+        )  # fmt: skip
+    console.print(table)
+    for name, why in found.failed.items():
+        console.print(f"{name} could not be fitted: {why}", markup=False, soft_wrap=True)
