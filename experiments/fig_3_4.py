@@ -45,14 +45,12 @@ def experiment(options: Options) -> tuple[Headline, Figure]:
     shown = worlds[:QUICK_WORLDS] if quick else worlds
     seeds = [options.seed + k for k in range(1 if quick else SEEDS)]
     trace = study(shown, seeds, READINGS[MAIN], QUICK_ITERATIONS if quick else ITERATIONS)
+    steps = QUICK_OTHER_ITERATIONS if quick else OTHER_ITERATIONS
     others = {
-        name: study(
-            shown[:1] if quick else worlds, seeds[:OTHER_SEEDS], reading,
-            QUICK_OTHER_ITERATIONS if quick else OTHER_ITERATIONS,
-        )
+        name: study(shown[:1] if quick else worlds, seeds[:OTHER_SEEDS], reading, steps)
         for name, reading in READINGS.items()
         if name != MAIN
-    }  # fmt: skip
+    }
     mean = of_mean(worlds[0], options.seed, quick)
     headline = {
         "runs": len(trace.worlds),
@@ -60,7 +58,7 @@ def experiment(options: Options) -> tuple[Headline, Figure]:
         "variants": {name: told(trace, name) for name in VARIANTS},
         "true_reward": {kind: np.median(getattr(trace.truth, kind)) for kind in trace.truth._fields},
         "by_world": by_world(trace),
-        "readings": {name: row(found) for name, found in {MAIN: trace, **others}.items()},
+        "readings": {name: row(found) for name, found in {MAIN: trace.until(steps), **others}.items()},
         "posterior_mean": mean,
         "claims": claims(trace, mean),
     }

@@ -7,7 +7,7 @@ policies count in a 0-1 loss. The others are listed in ``READINGS``.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -96,6 +96,12 @@ class Trace:
     losses: dict[str, Losses]
     truth: Losses
     wandering: tuple[Wandering, ...]
+
+    def until(self, last: int) -> Trace:
+        """The losses up to an iteration, as if the runs had ended there."""
+        kept = self.iterations <= last
+        cut = {name: Losses(*(each[:, kept] for each in found)) for name, found in self.losses.items()}
+        return replace(self, iterations=self.iterations[kept], losses=cut)
 
 
 def study(worlds: Sequence[RoomWorld], seeds: Sequence[int], reading: Reading, steps: int) -> Trace:

@@ -62,6 +62,13 @@ def test_speed_is_counted_to_the_loss_that_policywalk_settles_at() -> None:
     assert speed_ups(never, COOLED).tolist() == [0, 0]
 
 
+def test_runs_that_are_cut_end_earlier() -> None:
+    cut = as_the_thesis_has_it().until(50)
+    assert cut.iterations.tolist() == list(range(1, 51))
+    assert end_of(cut.losses[WALK].even).tolist() == [4000, 4000]
+    assert end_of(cut.losses[COOLED].by_state).tolist() == [0.1, 0.1]
+
+
 def test_all_claims_hold_of_curves_like_those_of_the_thesis() -> None:
     mean = {"least": {"squared": room_mean.MEAN}, "expected": {}, "draws_tried": 1}
     assert [claim["verdict"] for claim in room_claims.claims(as_the_thesis_has_it(), mean)] == ["holds"] * 6
