@@ -145,7 +145,7 @@ def anneal_reward(
     made, done = _advance([walk], heat, keep, 1, progress or Silent(), 1)
     weights = np.concatenate([each.points for each in made[0]]) * law.step + law.prior.start
     best = weights[int(np.argmax(np.concatenate([each.log_joint for each in made[0]])))]
-    undetermined = undetermined_directions(law.features)
+    undetermined = undetermined_directions(law.features, law.mdp)
     return SingleReward(
         method="Bayesian IRL, annealed", reference=ANNEALING, policy=greedy_policy_of(law, law.features @ best),
         reward=law.features @ best, weights=best, iterations=done, solutions=done + 1,
@@ -216,5 +216,5 @@ def _assemble(
     diagnostics, status = gate(summaries, interrupted=interrupted, biased=False)
     return RewardPosterior(
         weights, values, traces["log_likelihood"], traces["log_joint"], accepted, diagnostics, status, law, seconds,
-        drift, undetermined_directions(law.features),
+        drift, undetermined_directions(law.features, law.mdp),
     )  # fmt: skip
