@@ -34,6 +34,13 @@ def test_python_runs_as_printed(name: str, tracks: Path) -> None:
     assert (tracks / "report.html").stat().st_size > 1_000_000
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_single_rewards_run_as_printed(tracks: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = "docs/single-reward.md"
+    exec(compile(python_of(ROOT / name), name, "exec"), {})
+    assert "SingleReward(" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_relative_links_lead_somewhere(page: Path) -> None:
     links = re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8"))
