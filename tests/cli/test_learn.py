@@ -262,3 +262,10 @@ def test_sensitivity_is_shown_printed_and_written_and_only_where_asked(
     answer = subgoal("report", out, "-q", "--sensitivity")
     assert (answer.code, answer.out) == (0, "")
     assert len(table(out / "sensitivity.csv")) == 8
+
+
+def test_learning_all_of_groups_says_that_they_do_not_last(subgoal, corner: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("subgoal.irl.learn.PRELIMINARY", {"chains": 1, "draws": 8, "warmup": 8, "thin": 1})
+    monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
+    words = ("--learn-all", "--group", "id", "--epsilon", "2", "--draws", "3", "--warmup", "0")
+    assert "how long subgoals last is not learned" in subgoal("learn", corner, *words, "--out", tmp_path / "out").out

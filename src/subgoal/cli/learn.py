@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from subgoal.posterior.posterior import Posterior
 
 CONFIDENCE = 3.0
+GROUPS_DO_NOT_LAST = (
+    "note: with --group how long subgoals last is not learned, and one place may then take nearly all that is noisy; "
+    "compare with a run without --group, or give --confidence"
+)
 PLACES = "Candidate places"
 MODEL = "Model"
 RUN = "Run"
@@ -174,6 +178,8 @@ def learn_file(
     fixed = table["confidence"] is not None
     likelihood = likelihood_table(demonstrations, chosen, **(table if fixed else {**table, "confidence": CONFIDENCE}))
     kind = {"grouped": "group" in reading, "learn_all": learn_all}
+    if learn_all and kind["grouped"] and not quiet:
+        print(GROUPS_DO_NOT_LAST)
     run = run | model_and_sampler(demonstrations, run.pop("sampler", None), **kind)
     run |= {"confidence": None} if learn_all and fixed else {}
     with output_folder(out) as folder:
