@@ -267,5 +267,6 @@ def test_sensitivity_is_shown_printed_and_written_and_only_where_asked(
 def test_learning_all_of_groups_says_that_they_do_not_last(subgoal, corner: Path, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr("subgoal.irl.learn.PRELIMINARY", {"chains": 1, "draws": 8, "warmup": 8, "thin": 1})
     monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
-    words = ("--learn-all", "--group", "id", "--epsilon", "2", "--draws", "3", "--warmup", "0")
-    assert "how long subgoals last is not learned" in subgoal("learn", corner, *words, "--out", tmp_path / "out").out
+    words = ("--learn-all", "--group", "animal", "--epsilon", "2", "--draws", "3", "--warmup", "0")
+    answer = subgoal("learn", with_animals(corner), *words, "--out", tmp_path / "out")
+    assert "how long subgoals last is not learned" in answer.out
