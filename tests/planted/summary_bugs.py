@@ -14,6 +14,7 @@ SENSITIVITY, RERUNS, VARIATIONS = "irl/sensitivity.py", "irl/reruns.py", "irl/va
 OF_LITERAL, OF_NOISE = "likelihood/test_maximum_literal.py::test_", "likelihood/test_noise.py::test_"
 OF_BALL, OF_BEST = "answers/test_credible_ball.py::test_", "answers/test_best_draw.py::test_"
 OF_ONLINE, OF_BOUNDARIES = "answers/test_online.py::test_", "answers/test_boundaries.py::test_"
+OF_SCORES = "answers/test_trajectory_scores.py::test_"
 OF_VALIDATION, OF_EXPORT = "answers/test_validation.py::test_", "posterior/test_export.py::test_"
 OF_TRAJECTORIES, OF_POSTERIOR = "posterior/test_trajectories.py::test_", "posterior/test_learned_posterior.py::test_"
 OF_GROUPS, OF_SENSITIVITY = "demonstrations/test_group_column.py::test_", "irl/test_sensitivity.py::test_"
@@ -77,9 +78,9 @@ ANSWERS = [
         "raised = column.max() - column",
         OF_VALIDATION + "leaving_one_out_of_the_exchangeable_model_is_the_exact_refit[None]"),
     Bug("differences are not paired", SCORES, "error = standard_error(gained,",
-        "error = standard_error(self.log_predictive,", OF_VALIDATION + "differences_are_paired"),
+        "error = standard_error(self.log_predictive,", OF_SCORES + "differences_are_paired"),
     Bug("the error of a score is that of all of them", SCORES, "np.sqrt(count / (count - 1) *", "np.sqrt(1.0 *",
-        OF_VALIDATION + "the_standard_error_is_over_trajectories"),
+        OF_SCORES + "the_standard_error_is_over_trajectories"),
 ]  # fmt: skip
 FILES = [
     Bug("the background is exported as what is not", EXPORT, "(1 - served / n).reshape(shape)",
