@@ -25,7 +25,7 @@ from experiments.grid_worlds import (
 from experiments.linear_world import PAIRS, Shown, shown
 from experiments.rival_choices import nearby_loss, tried
 from experiments.rival_pictures import one_reward_picture
-from experiments.rivals import BAYESIAN, RIVALS, Learned, Lengths, bayesian, curve, wrong
+from experiments.rivals import ABBEEL, BAYESIAN, RIVALS, Learned, Lengths, abbeel_both, bayesian, curve, wrong
 from subgoal.answers.scores import top_candidates
 from subgoal.candidates import Candidates, feature_subgoals, visited
 from subgoal.likelihood.planned_actions import planned_actions
@@ -74,7 +74,8 @@ def experiment(options: Options) -> tuple[Headline, Figure]:
         "feature_vectors_per_free_cell": float(np.mean([len(c.groups.vectors) / c.grid.n_states for c in cases])),
     }  # fmt: skip
     headline["met"] = {reading: {key: row[key] <= WITHIN for key in row} for reading, row in headline["spread"].items()}
-    return headline, one_reward_picture(cases[0], losses, headline, CHOSEN)
+    example = max(cases, key=lambda case: np.unique(case.demonstrations.states).size)
+    return headline, one_reward_picture(example, losses, headline, CHOSEN)
 
 
 def subgoals_on(case: Shown, seed: int, name: str, confidence: float) -> dict[Any, Any]:
@@ -97,7 +98,7 @@ def subgoals_on(case: Shown, seed: int, name: str, confidence: float) -> dict[An
 def rivals_on(cases: list[Shown], options: Options) -> dict[str, list[Learned]]:
     """What each rival makes of each run."""
     made: dict[str, list[Learned]] = {}
-    for name, rival in RIVALS.items():
+    for name, rival in (RIVALS | {ABBEEL: abbeel_both}).items():
         more: Any = {"lengths": QUICK} if options.quick and rival is bayesian else {}
         made[name] = [
             rival(case.demonstrations, case.grid.mdp, case.features, options.seed + k, **more)

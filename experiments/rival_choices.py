@@ -15,7 +15,7 @@ import numpy as np
 from experiments.common import Headline
 from experiments.grid_worlds import held_out_loss, posterior_of
 from experiments.linear_world import PAIRS, Shown, shown
-from experiments.rivals import ABBEEL, BAYESIAN, MARGIN, Learned, Lengths, abbeel, bayesian, margin, wrong
+from experiments.rivals import ABBEEL, BAYESIAN, MARGIN, Learned, Lengths, abbeel, abbeel_both, bayesian, margin, wrong
 from subgoal.answers.predictions import predict_nearby
 from subgoal.answers.scores import assignment_loss, zero_one_loss
 from subgoal.candidates import visited
@@ -25,7 +25,7 @@ from subgoal.posterior.posterior import Posterior
 
 FIRST, RUNS, QUICK_RUNS = 100, 12, 1
 CONFIDENCES, REGULARISERS, DEVIATIONS = (10.0, 100.0, 1_000.0, 10_000.0), (0.1, 0.01, 0.001), (1.0, 3.0)
-BNIRL = "BNIRL"
+BNIRL, BOTH = "BNIRL", "both"
 Scored = dict[str, tuple[float, float]]
 """Pairs wrong in sample and held out, by name of the policy."""
 
@@ -58,7 +58,7 @@ def least(table: list[Headline]) -> Headline:
 
 def _trials(quick: bool) -> list[tuple[str, Headline, Callable[[Shown, int], Scored]]]:
     trials: list[Any] = [(BNIRL, {"confidence": c}, partial(_bnirl, confidence=c)) for c in CONFIDENCES]
-    trials += [(ABBEEL, {"variant": v}, partial(_abbeel, variant=v)) for v in ("max_margin", "projection")]
+    trials += [(ABBEEL, {"variant": v}, partial(_abbeel, variant=v)) for v in ("max_margin", "projection", BOTH)]
     trials += [(MARGIN, {"regulariser": r}, partial(_margin, regulariser=r)) for r in REGULARISERS]
     lengths = Lengths(1, 20, 10, 1) if quick else Lengths(1, 100, 50, 1)
     return trials + [(BAYESIAN, {"deviation": d}, partial(_bayesian, deviation=d, lengths=lengths)) for d in DEVIATIONS]
@@ -78,6 +78,8 @@ def _bnirl(case: Shown, seed: int, *, confidence: float) -> Scored:
 
 def _abbeel(case: Shown, seed: int, *, variant: str) -> Scored:
     given = (case.demonstrations, case.grid.mdp, case.features, seed)
+    if variant == BOTH:
+        return {"best iteration": _losses(case, abbeel_both(*given).best)}
     mixture = abbeel(*given, variant=variant)
     last = abbeel(*given, variant=variant, policy="greedy")
     return _scored(case, mixture) | {"last": _losses(case, last.returned)}

@@ -91,6 +91,14 @@ def abbeel(demos: Demonstrations, mdp: TabularMDP, features: Floats, seed: int =
     return searched(apprenticeship(demos, mdp, features, policy=policy, variant=variant), demos, mdp)
 
 
+def abbeel_both(demos: Demonstrations, mdp: TabularMDP, features: Floats, seed: int = 0) -> Learned:
+    """The quadratic program, and after it the projection of the same paper: more policies to choose the best from."""
+    first, second = (abbeel(demos, mdp, features, variant=each) for each in ("max_margin", "projection"))
+    best = first.best if wrong(first.best, demos) <= wrong(second.best, demos) else second.best
+    losses = np.concatenate([first.by_iteration, second.by_iteration])
+    return Learned(losses, first.returned, best, first.solutions + second.solutions)
+
+
 def margin(
     demos: Demonstrations, mdp: TabularMDP, features: Floats, seed: int = 0, *, regulariser: float = REGULARISER
 ) -> Learned:

@@ -12,7 +12,19 @@ from experiments.common import Options
 from experiments.extreme_cases import costs, few_pairs
 from experiments.grid_worlds import state, world
 from experiments.linear_world import PAIRS, shown
-from experiments.rivals import ABBEEL, BAYESIAN, MARGIN, Learned, Rival, abbeel, curve, losses_of, margin, wrong
+from experiments.rivals import (
+    ABBEEL,
+    BAYESIAN,
+    MARGIN,
+    Learned,
+    Rival,
+    abbeel,
+    abbeel_both,
+    curve,
+    losses_of,
+    margin,
+    wrong,
+)
 from subgoal.irl.max_margin import max_margin_planning
 
 CASE = 102
@@ -51,6 +63,15 @@ def test_searches_explain_one_reward(rival: Rival) -> None:
     found = rival(case.demonstrations, case.grid.mdp, case.features, 0)
     assert wrong(found.best, case.demonstrations) == found.by_iteration.min() <= 0.2
     assert wrong(found.best, case.fresh) <= 0.25
+
+
+def test_both_of_abbeels_programs_give_the_better_of_two_policies() -> None:
+    for number in (102, 103):
+        case = shown(number)
+        given = (case.demonstrations, case.grid.mdp, case.features)
+        each = [abbeel(*given, variant=variant) for variant in ("max_margin", "projection")]
+        both = abbeel_both(*given)
+        assert wrong(both.best, given[0]) == min(wrong(one.best, given[0]) for one in each) == both.by_iteration.min()
 
 
 def test_the_loop_is_cut_into_rounds_that_end_at_home() -> None:
