@@ -9,11 +9,13 @@ from subgoal.irl.max_margin import max_margin_planning
 from subgoal.irl.relevance import constant, exponential, relevance, squared_exponential
 from subgoal.irl.reward_posterior import RewardPosterior
 from subgoal.irl.reward_priors import Beta, Gaussian, Laplace, ThreePeaks, Uniform
+from subgoal.irl.rivals import Fitted
 from subgoal.irl.single_reward import SingleReward
 
 __all__ = [
     "Beta",
     "Comparison",
+    "Fitted",
     "Gaussian",
     "Laplace",
     "RewardPosterior",

@@ -36,7 +36,10 @@ def test_compare_prints_a_table_and_writes_a_report_with_it(subgoal, corner: Pat
     assert "maximum causal entropy" in answer.out
     rows = (out / "comparison.csv").read_text().splitlines()
     assert {row.split(",")[0] for row in rows[1:]} == {"chance", "cloning", "markov", "bnirl", "entropy"}
-    assert "Is one reward enough?" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    assert "Is one reward enough?" in page
+    assert "4 directions, discount 0.95" in page
+    assert "One reward" in answer.out
     assert (out / "comparison.png").stat().st_size > 10_000
 
 
@@ -47,6 +50,15 @@ def test_compare_refuses_what_it_cannot_do_with_a_clear_message(subgoal, corner:
     many = subgoal("compare", corner, "-i", "id", "--folds", "99", "--out", tmp_path / "out")
     assert many.code == 2
     assert "--folds" in many.err or "folds" in many.err
+    for words, wanted in (
+        (("--cell", "-1"), "--cell: found -1"),
+        (("--cell", "1e6"), "smaller --cell"),
+        (("--cell", "1e-6"), "larger cells"),
+        (("--discount", "1"), "--discount: found 1"),
+    ):
+        answer = subgoal("compare", corner, "-i", "id", *words, "--out", tmp_path / "out")
+        assert answer.code == 2
+        assert wanted in answer.err
     assert not (tmp_path / "out").exists()
 
 

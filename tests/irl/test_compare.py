@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
 
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.irl.cloning import behaviour_cloning
 from subgoal.irl.compare import compare
 from subgoal.irl.rivals import RIVALS, Fitted, error_rate, lasting_subgoals, second_order
 from subgoal.mdp.grids.grid import GridWorld
 from subgoal.options.tabular import execute, goal_option
+from subgoal.plots.comparison import one_reward_words
 from subgoal.runtime.errors import InputError, SubgoalError
 
 GRID = GridWorld(np.ones((5, 5), bool), discount=0.9, moves=4)
@@ -123,6 +127,51 @@ def test_methods_of_ones_own_and_those_that_fail() -> None:
     found = compare(DEMOS, GRID.mdp, methods={"mine": even, "other": broken}, folds=2)
     assert {each.name for each in found.methods} >= {"mine", "chance"}
     assert found.failed == {"other": "no such luck"}
+
+
+def test_a_method_may_give_a_policy_or_a_learned_reward() -> None:
+    even = GRID.mdp.available / GRID.mdp.available.sum(axis=1, keepdims=True)
+    found = compare(
+        DEMOS, GRID.mdp, folds=2,
+        methods={"table": lambda d, m, s: even, "counts": lambda d, m, s: behaviour_cloning(d, m)},
+    )  # fmt: skip
+    bits = {each.key: each.bits_per_decision for each in found.methods}
+    assert bits["table"] == bits["chance"]
+    assert bits["counts"] == bits["cloning"]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (lambda asked: np.full((asked.n_observations, 5), 1.0), "sum to 5"),
+        (lambda asked: np.full((asked.n_observations, 5), np.nan), "finite"),
+        (lambda asked: np.full((3, 5), 0.2), "shape"),
+    ],
+)
+def test_what_is_no_probability_cannot_win(given, told: str) -> None:
+    found = compare(DEMOS, GRID.mdp, methods={"mine": lambda d, m, s: Fitted(given)}, folds=2)
+    assert told in found.failed["mine"]
+    wrong = compare(DEMOS, GRID.mdp, methods={"mine": lambda d, m, s: "policy"}, folds=2)
+    assert "SingleReward" in wrong.failed["mine"]
+
+
+def test_what_ctrl_c_came_before_is_named() -> None:
+    def stop(demos, mdp, seed):
+        signal.raise_signal(signal.SIGINT)
+        return GRID.mdp.available / 5.0
+
+    found = compare(DEMOS, GRID.mdp, methods={"stops": stop, "never": stop}, folds=2)
+    assert {each.key for each in found.methods} == {"chance", "cloning", "markov"}
+    assert found.unfinished == ("stops", "never")
+
+
+def test_whether_one_reward_is_enough_is_a_paired_difference() -> None:
+    found = compare(DEMOS, GRID.mdp, methods=["bnirl-persistent", "entropy"], folds=2)
+    several, single, gap = found.one_reward()
+    assert (several.key, single.key) == ("bnirl-persistent", "entropy")
+    assert gap == several.difference(single)
+    assert "One reward is not enough" in one_reward_words(found)
+    assert compare(DEMOS, GRID.mdp, methods=["entropy"], folds=2).one_reward() is None
 
 
 def test_bad_input_is_named() -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from subgoal.cli import options as o
+from subgoal.runtime.errors import BudgetError, InputError, StoppedError
 
 if TYPE_CHECKING:
     from subgoal.irl.compare import Comparison
@@ -87,7 +89,7 @@ def compare(
     from subgoal.cli.compose import output_folder
     from subgoal.irl import compare as comparing
     from subgoal.irl.rivals import lasting_posterior
-    from subgoal.plots.comparison import comparison_words
+    from subgoal.plots.comparison import comparison_words, one_reward_words
     from subgoal.reporting.results import write_results
     from subgoal.runtime.progress import progress_display
 
@@ -100,12 +102,16 @@ def compare(
             demonstrations, world.mdp, methods=o.words(methods), folds=folds, seed=seed,
             progress=progress_display("comparing", quiet=quiet),
         )  # fmt: skip
+        told = f"Cells of {side:.4g} {demonstrations.units}".rstrip() + f", {moves} directions, discount {discount:g}"
+        found = replace(found, setting=f"{told}; subgoals in this report: BNIRL with lasting subgoals, confidence 10")
         posterior = lasting_posterior(demonstrations, world.mdp, seed)
         write_results(posterior, folder, merge_radius=MERGED * side, y_down=y_down, comparison=found)
     if not quiet:
         print_comparison(found)
-        print(comparison_words(found))
+        print(f"{one_reward_words(found)}\n{comparison_words(found)}")
         print(f"Look at {out / 'report.html'}")
+    if found.unfinished:
+        raise StoppedError(f"stopped before {', '.join(found.unfinished)}; the others stand in {out}")
 
 
 def gridded(
@@ -116,14 +122,28 @@ def gridded(
     from subgoal.demonstrations.recordings import starting_in
     from subgoal.mdp import Occupancy, to_cells
     from subgoal.mdp.grids.samples import planar
+    from subgoal.runtime.checks import positive
 
+    if not 0 <= discount < 1:
+        raise InputError("--discount", found=discount, wanted="at least 0 and below 1")
     recording: Any = look(file, **reading)
     if box is not None:
         recording = starting_in(recording, *zip(*box, strict=True))
     positions = planar(recording)
-    side = float((positions.max(axis=0) - positions.min(axis=0)).max()) / CELLS_ACROSS if cell is None else cell
-    occupancy = Occupancy.around(recording, side)
-    return *to_cells(recording, occupancy, discount=discount, moves=moves, staying="drop"), side
+    extent = float((positions.max(axis=0) - positions.min(axis=0)).max())
+    side = positive("--cell", extent / CELLS_ACROSS if cell is None and extent > 0 else 1.0 if cell is None else cell)
+    try:
+        made = to_cells(
+            recording, Occupancy.around(recording, side), discount=discount, moves=moves, staying="drop"
+        )  # fmt: skip
+    except BudgetError as problem:
+        raise InputError("--cell", found=f"{side:g}", wanted=f"larger cells: {problem}") from None
+    except InputError as problem:
+        if "no trajectory left" not in str(problem):
+            raise
+        wanted = f"cells that something moves between; positions span {extent:g}"
+        raise InputError("--cell", found=f"{side:g}", wanted=wanted, hint="a smaller --cell") from None
+    return *made, side
 
 
 def print_comparison(found: Comparison) -> None:
@@ -134,7 +154,7 @@ def print_comparison(found: Comparison) -> None:
     console = Console(highlight=False, width=None if sys.stdout.isatty() else PRINTED_WIDTH)
     table = Table(box=None, pad_edge=False)
     table.add_column("method", no_wrap=True)
-    for heading in ("bits/decision", "wrong", "size", "seconds", "converged"):
+    for heading in ("bits/decision ± s.e.", "wrong", "size", "seconds", "converged"):
         table.add_column(heading, justify="right")
     for each in found.methods:
         done, folds = each.converged

@@ -13,15 +13,16 @@ import numpy as np
 from subgoal.answers.trajectory_scores import Difference, TrajectoryScores
 from subgoal.answers.validation import some_trajectories
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.irl.rivals import FLOORS, RIVALS, Fitted, Rival
+from subgoal.irl.rivals import FLOORS, RIVALS, SEVERAL, SINGLE, Fitted, Rival, fitted
 from subgoal.irl.single_reward import shown
 from subgoal.mdp.tabular import TabularMDP
-from subgoal.runtime.checks import Floats, Ints, whole
+from subgoal.runtime.checks import Floats, Ints, real_array, whole
 from subgoal.runtime.errors import InputError, StoppedError, SubgoalError
 from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
 from subgoal.runtime.seeds import stream
 
+CLOSE = 1e-6
 MOST_FOLDS = 5
 """Where no number is given."""
 TIE = 1e-9
@@ -73,6 +74,10 @@ class Comparison:
         Scores of each.
     failed:
         Why others could not be fitted, by name.
+    unfinished:
+        Names of those that Ctrl-C came before.
+    setting:
+        What the world was made with, in words, where somebody has said it.
     folds:
         (D,) the fold of each trajectory.
     """
@@ -80,6 +85,8 @@ class Comparison:
     methods: tuple[Compared, ...]
     failed: Mapping[str, str]
     folds: Ints
+    unfinished: tuple[str, ...] = ()
+    setting: str = ""
 
     def __repr__(self) -> str:
         told = ", ".join(f"{each.name} {each.bits_per_decision:.3f}" for each in self.methods[:3])
@@ -89,6 +96,17 @@ class Comparison:
     def best(self) -> Compared:
         """Of the most bits per decision."""
         return self.methods[0]
+
+    def one_reward(self) -> tuple[Compared, Compared, Difference] | None:
+        """The best method with several subgoals, the best with one reward, and by how much the first is better.
+
+        None where there is not one of each.
+        """
+        kinds = [[each for each in self.methods if each.key in keys] for keys in (SEVERAL, SINGLE)]
+        if not all(kinds):
+            return None
+        several, single = kinds[0][0], kinds[1][0]
+        return several, single, several.difference(single)
 
     def behind(self, method: Compared) -> Difference:
         """By how many bits per decision a method is behind the best, over the trajectories."""
@@ -111,7 +129,8 @@ def compare(
     demonstrations, mdp:
         D trajectories, two at least, of states and actions, and their world.
     methods:
-        Keys of ``subgoal.irl.rivals.RIVALS``, or functions of one's own by name; not given: all but "bayesian", which
+        Keys of ``subgoal.irl.rivals.RIVALS``, or functions of one's own by name, from demonstrations, world and seed
+        to a ``Fitted``, a ``SingleReward`` or a policy (S, A); not given: all but "bayesian", which
         takes minutes. The floors "chance", "cloning" (p(a | s)) and "markov" (p(a | state before, s)) are always there.
     folds:
         Of whole trajectories, by lot, at most D; not given: 5, or D if that is less. All methods get the same.
@@ -135,7 +154,8 @@ def compare(
     rivals, count = _chosen(methods), demonstrations.n_trajectories
     folds = min(MOST_FOLDS, count) if folds is None else whole("folds", folds, least=2)
     if count < 2:
-        raise InputError("demonstrations", found="one trajectory", wanted="two or more, to leave some out")
+        raise InputError("demonstrations", found="one trajectory", wanted="two or more, to leave some out",
+                         hint="trajectory='column', where the file has a column that tells them apart")  # fmt: skip
     if folds > count:
         raise InputError("folds", found=folds, wanted=f"at most {count}, the number of trajectories")
     fold = stream(whole("seed", seed, least=0), 36).permutation(np.arange(count) % folds)
@@ -152,7 +172,9 @@ def compare(
                 failed[name] = str(problem)
     if not made:
         raise StoppedError("stopped before a method had been fitted to all folds")
-    return Comparison(tuple(sorted(made, key=lambda each: -each.bits_per_decision)), failed, fold)
+    done = {each.name for each in made} | set(failed)
+    unfinished = tuple(name for name, _ in rivals.values() if name not in done)
+    return Comparison(tuple(sorted(made, key=lambda each: -each.bits_per_decision)), failed, fold, unfinished)
 
 
 def _chosen(methods: Any) -> dict[str, tuple[str, Rival]]:
@@ -162,7 +184,7 @@ def _chosen(methods: Any) -> dict[str, tuple[str, Rival]]:
         return {key: RIVALS[key] for key in FLOORS} | {str(key): (str(key), rival) for key, rival in methods.items()}
     unknown = [key for key in methods if key not in RIVALS]
     if unknown or isinstance(methods, str):
-        found = repr(unknown[0]) if unknown else repr(methods)
+        found = repr(methods) if isinstance(methods, str) else repr(unknown[0])
         raise InputError("methods", found=found, wanted="some of " + ", ".join(RIVALS))
     return {key: RIVALS[key] for key in RIVALS if key in (*FLOORS, *methods)}
 
@@ -183,11 +205,12 @@ def _scored(
         if interrupt.requested:
             raise StoppedError("stopped")
         begin = time.monotonic()
-        fits.append(rival(some_trajectories(demonstrations, np.flatnonzero(fold != j)), mdp, seed))
+        fits.append(fitted(name, rival(some_trajectories(demonstrations, np.flatnonzero(fold != j)), mdp, seed), mdp))
         seconds += time.monotonic() - begin
         left_out = np.flatnonzero(fold == j)
         rows = np.isin(demonstrations.trajectory, left_out)
-        table[rows] = fits[-1].foretell(some_trajectories(demonstrations, left_out))
+        asked = some_trajectories(demonstrations, left_out)
+        table[rows] = check_foretold(name, fits[-1].foretell(asked), (int(rows.sum()), mdp.n_actions))
         step(j + 1)
     log_taken, loss = _decisions(table, demonstrations)
     sums = [np.add.reduceat(values, demonstrations.offset[:-1]) for values in (log_taken, loss)]
@@ -196,6 +219,19 @@ def _scored(
         seconds=seconds, size=float(np.mean([each.size for each in fits])), unit=fits[-1].unit,
         converged=(sum(each.converged for each in fits), len(fits)), notes=fits[-1].notes,
     )  # fmt: skip
+
+
+def check_foretold(name: str, given: Any, shape: tuple[int, int]) -> Floats:
+    """Probabilities (N, A); raises ``InputError`` naming the method for rows that do not sum to one within 1e-6."""
+    table = real_array(f"what {name} foretells", given, ndim=2)
+    if table.shape != shape:
+        raise InputError(f"what {name} foretells", found=f"shape {table.shape}", wanted=f"{shape}, a row a decision")
+    off = ~((table >= 0).all(axis=1) & (np.abs(table.sum(axis=1) - 1) <= CLOSE))
+    if off.any():
+        row = int(np.argmax(off))
+        found = f"numbers from {table[row].min():g} that sum to {table[row].sum():g}"
+        raise InputError(f"what {name} foretells", where=f"decision {row}", found=found, wanted="probabilities")
+    return table
 
 
 def _decisions(table: Floats, demonstrations: Demonstrations) -> tuple[Floats, Floats]:

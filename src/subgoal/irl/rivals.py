@@ -29,6 +29,7 @@ from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.checks import Floats
+from subgoal.runtime.errors import InputError
 
 Foretold = Callable[[Demonstrations], Floats]
 """From N pairs, of which only states and earlier actions may be looked at, to (N, A) probabilities of the action."""
@@ -42,11 +43,11 @@ COUNTED = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A rival after its fit: how it foretells, how large it is, and whether it converged."""
+    """A rival after its fit: how it foretells, how large it is (so many of a unit), and whether it converged."""
 
     foretell: Foretold
-    size: float
-    unit: str
+    size: float = 0.0
+    unit: str = ""
     converged: bool = True
     notes: tuple[str, ...] = field(default_factory=tuple)
 
@@ -147,6 +148,22 @@ RIVALS: dict[str, tuple[str, Rival]] = {
     "margin": ("maximum-margin planning", largest_margin),
 }
 FLOORS = ("chance", "cloning", "markov")
+SEVERAL, SINGLE = ("bnirl", "bnirl-persistent"), ("bayesian", "entropy", "apprenticeship", "margin")
+"""Accounts with several subgoals, and with one reward."""
+
+
+def fitted(name: str, made: Any, mdp: TabularMDP) -> Fitted:
+    """What a rival gave, where it is a policy (S, A) or has one; raises ``InputError`` for anything else."""
+    if isinstance(made, Fitted):
+        return made
+    if isinstance(made, SingleReward):
+        return _of_reward(made)
+    policy = np.asarray(made)
+    if policy.shape != mdp.available.shape or policy.dtype.kind not in "fiu":
+        found = f"shape {policy.shape}" if policy.shape else type(made).__name__
+        wanted = f"a Fitted, a SingleReward or a policy of shape {mdp.available.shape}"
+        raise InputError(f"what {name} gave", found=found, wanted=wanted)
+    return _by_state(policy, 0, "")
 
 
 def error_rate(policy: Floats, demonstrations: Demonstrations, mdp: TabularMDP) -> float:

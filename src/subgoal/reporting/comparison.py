@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from subgoal.irl.compare import Compared, Comparison
-from subgoal.plots.comparison import comparison_words
+from subgoal.plots.comparison import comparison_words, one_reward_words
 from subgoal.reporting.pieces import lead, note, section
 from subgoal.reporting.safe import text
 from subgoal.reporting.tables import table
 
 HEADS = (
-    "Method", "Bits per decision", "Behind the best", "Wrong", "Size", "Seconds", "Converged",
+    "Method", "Bits per decision ± standard error", "Behind the best (95 %, paired)", "Wrong", "Size", "Seconds",
+    "Converged",
 )  # fmt: skip
 
 
@@ -19,14 +20,17 @@ def comparison_section(found: Comparison | None) -> str:
         return ""
     told = [
         "Each trajectory is foretold by fits to the trajectories of other folds, action by action. 0 bits is "
-        "certainty. “Wrong” counts decisions in which the likeliest action was not taken. Intervals are 95 %, over "
-        "trajectories.",
+        "certainty. “Wrong” counts decisions in which the likeliest action was not taken.",
+        *([f"{found.setting}."] if found.setting else []),
+        *([f"Stopped before: {', '.join(found.unfinished)}."] if found.unfinished else []),
         *(f"{name} could not be fitted: {why}" for name, why in found.failed.items()),
     ]
     rows = [_row(found, each) for each in found.methods]
     return section(
         "Is one reward enough?",
-        lead(comparison_words(found) + ".") + table(list(HEADS), rows) + "".join(note(each) for each in told),
+        lead(f"{one_reward_words(found)}. {comparison_words(found)}.")
+        + table(list(HEADS), rows)
+        + "".join(note(each) for each in told),
     )
 
 
