@@ -32,8 +32,8 @@ ANCHORS = [(x - 1, y - 1) for x, y in SETTING.subgoals]
 STATES, FEATURES, LASTING = "BNIRL, state subgoals", "BNIRL, feature subgoals", "BNIRL, subgoals that last"
 """The last: state subgoals of the library's model in which a subgoal is kept for a while, its persistence learned."""
 OURS = (STATES, FEATURES, LASTING)
-LENGTHS, QUICK = Lengths(150, 50, 25, 1), Lengths(8, 4, 2, 1)
-"""From no reward, which is where they stay, every proposal changes all policies: a step is slow here."""
+STEP, LENGTHS, QUICK = 0.02, Lengths(100, 30, 20, 1), Lengths(8, 4, 2, 1)
+"""Of Bayesian IRL, whose posterior is narrow here: steps of a quarter are never accepted, and it stays at no reward."""
 MOST_BNIRL, LEAST_RIVALS = 0.05, 0.20
 """Shares of pairs wrong that are to be shown."""
 WALKS = "in_sample", "held_out"
@@ -132,7 +132,7 @@ def one_reward(
 ) -> tuple[Learned, dict[str, float]]:
     """A rival on one run: the shares wrong with what it returns, and with the best policy that it went through."""
     rival = RIVALS[name]
-    more: Any = {"lengths": QUICK if quick else LENGTHS} if rival is bayesian else {}
+    more: Any = {"step": STEP, "lengths": QUICK if quick else LENGTHS} if rival is bayesian else {}
     learned = rival(demos, each.grid.mdp, scaled_features(each.grid, ANCHORS), seed, **more)
     return learned, {
         "in_sample": wrong(learned.returned, demos), "held_out": wrong(learned.returned, fresh),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter, ScalarFormatter
+from matplotlib.ticker import PercentFormatter, StrMethodFormatter
 
 from experiments.common import GREY, INK, PALETTE, Headline, sheet
 from experiments.grid_pictures import draw_map, draw_pairs, draw_subgoals
@@ -46,7 +46,7 @@ def draw_curves(axis: Axes, losses: dict[str, Floats]) -> None:
         axis.plot(iterations, values.mean(axis=0), color=COLOURS[name], label=name)
     axis.set_xscale("log")
     axis.set_xlabel("iteration")
-    axis.xaxis.set_major_formatter(ScalarFormatter())
+    axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.legend(fontsize=8.5)
 
 
@@ -100,7 +100,8 @@ def draw_shares(axis: Axes, headline: Headline) -> None:
         values = [row[key] for row in shares.values()]
         bars = axis.barh(rows + offset, values, 0.36, color=[COLOURS[name] for name in shares], alpha=shade)
         axis.barh([0], [0], color=GREY, alpha=shade, label=label)
-        axis.bar_label(bars, [f"{value:.0%}" for value in values], padding=3, fontsize=8.5)
+        axis.bar_label(bars, [f"{value:.0%}" for value in values], padding=3, fontsize=8.5,
+                       bbox={"facecolor": "white", "lw": 0, "pad": 0.6})  # fmt: skip
     for bound in (0.05, 0.20):
         axis.axvline(bound, color=INK, lw=0.9, ls="--", zorder=0)
         axis.annotate(

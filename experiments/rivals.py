@@ -108,10 +108,10 @@ def margin(
 
 def bayesian(
     demos: Demonstrations, mdp: TabularMDP, features: Floats, seed: int = 0, *, deviation: float = DEVIATION,
-    lengths: Lengths = Lengths(),
+    step: float = STEP, lengths: Lengths = Lengths(),
 ) -> Learned:  # fmt: skip
     """PolicyWalk: the losses of one chain's draws from its first on, and the policy of the posterior mean."""
-    law: Any = {"prior": Gaussian(deviation), "confidence": CONFIDENCE, "step": STEP * deviation, "seed": seed}
+    law: Any = {"prior": Gaussian(deviation), "confidence": CONFIDENCE, "step": step * deviation, "seed": seed}
     chain = anneal_reward(demos, mdp, features, schedule=np.ones_like, steps=lengths.iterations, **law)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
