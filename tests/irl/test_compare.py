@@ -96,6 +96,8 @@ def test_the_second_order_chain_is_that_by_hand() -> None:
     legal = grid.mdp.available[1].sum()
     first_order = 2 / (2 + legal)
     assert fitted.foretell(asked)[1, 1] == pytest.approx((1 + first_order) / 3)
+    first = 3 / (2 + grid.mdp.available[0].sum())
+    assert fitted.foretell(asked)[0, 1] == pytest.approx((2 + first) / 3)
     alone = Demonstrations(np.array([1]), np.array([1]), np.array([0, 1]))
     assert fitted.foretell(alone)[0, 1] == pytest.approx(first_order)
 
