@@ -57,7 +57,7 @@ def draw_ratios(axis: Axes, rows: list[Headline], column: str, *, named: bool) -
     axis.axvline(1, color=INK, lw=1)
     axis.set_xscale("log")
     low, high = axis.get_xlim()
-    axis.set_xlim(low / 5, high * 5)
+    axis.set_xlim(low / (12 if low < 0.5 else 4), high * 6)
     axis.set_title(TITLES[column])
     axis.set_yticks(places, [row["method"].replace(", ", ",\n") for row in rows])
     axis.tick_params(labelleft=named, labelsize=8.5)

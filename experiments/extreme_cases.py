@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from experiments import fig_4_3
 from experiments.common import Headline
 from experiments.grid_worlds import cell, demonstrate, posterior_of, table, world
 from experiments.linear_world import shown
-from experiments.rivals import BAYESIAN, RIVALS, Lengths, bayesian, scaled_features, wrong
+from experiments.rivals import BAYESIAN, RIVALS, STEP, Lengths, bayesian, scaled_features, wrong
 from subgoal.answers.scores import assignment_loss
 from subgoal.candidates import visited
 from subgoal.demonstrations.records import Demonstrations
@@ -23,6 +24,7 @@ SUBGOALS, SWEEPS = 8, 100
 WALKS, STEPS = 100, 50
 QUICK_WALKS = 20
 FEW, MUCH = "few pairs, many subgoals", "much data, one reward"
+STEP_OF = {FEW: fig_4_3.STEP, MUCH: STEP}
 PROPOSALS, QUICK_PROPOSALS = 400, 32
 
 
@@ -41,7 +43,7 @@ def extreme_cases(seed: int, *, quick: bool) -> dict[str, Headline]:
             "true_reward_wrong": float(np.mean([case.floor / case.demonstrations.n_observations for case in much]))
             if name == MUCH
             else None,
-            "methods": _means([costs(*case, seed + k, quick) for k, case in enumerate(cases)]),
+            "methods": _means([costs(*case, seed + k, quick, STEP_OF[name]) for k, case in enumerate(cases)]),
         }
         for name, cases in given.items()
     }
@@ -56,7 +58,9 @@ def few_pairs(seed: int) -> tuple[GridWorld, Demonstrations, Floats]:
     return grid, walk, scaled_features(grid, [(x - 1, y - 1) for x, y in cells[1:]])
 
 
-def costs(grid: GridWorld, demos: Demonstrations, features: Floats, seed: int, quick: bool) -> dict[str, Headline]:
+def costs(
+    grid: GridWorld, demos: Demonstrations, features: Floats, seed: int, quick: bool, step: float
+) -> dict[str, Headline]:
     """BNIRL for 100 sweeps of one chain; the searches to their own end; Bayesian IRL for 400 proposals."""
     begin = time.perf_counter()
     likelihood = table(demos, grid, visited(demos))
@@ -67,7 +71,7 @@ def costs(grid: GridWorld, demos: Demonstrations, features: Floats, seed: int, q
     proposals = QUICK_PROPOSALS if quick else PROPOSALS
     for name, rival in RIVALS.items():
         half = proposals // features.shape[1] // 2
-        more: Any = {"lengths": Lengths(1, half, half, 1)} if rival is bayesian else {}
+        more: Any = {"step": step, "lengths": Lengths(1, half, half, 1)} if rival is bayesian else {}
         begin = time.perf_counter()
         found = rival(demos, grid.mdp, features, seed, **more)
         seconds = time.perf_counter() - begin

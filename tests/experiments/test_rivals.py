@@ -9,7 +9,7 @@ import pytest
 
 from experiments import fig_4_2, fig_4_3, rival_choices, table_4_1
 from experiments.common import Options
-from experiments.extreme_cases import costs, few_pairs
+from experiments.extreme_cases import FEW, STEP_OF, costs, few_pairs
 from experiments.grid_worlds import state, world
 from experiments.linear_world import PAIRS, shown
 from experiments.rivals import (
@@ -123,7 +123,7 @@ def test_the_table_of_the_thesis_adds_up_and_bnirl_is_the_unit() -> None:
 
 def test_bnirl_solves_one_world_for_each_visited_state_and_explains_many_subgoals() -> None:
     grid, walk, features = few_pairs(1)
-    found = costs(grid, walk, features, 1, True)
+    found = costs(grid, walk, features, 1, True, STEP_OF[FEW])
     assert found["BNIRL"]["plans"] == np.unique(walk.states).size
     assert found["BNIRL"]["wrong"] < 0.2 < 0.4 < min(found[name]["wrong"] for name in (ABBEEL, MARGIN, BAYESIAN))
 
