@@ -25,7 +25,7 @@ from experiments.grid_worlds import (
 from experiments.linear_world import PAIRS, Shown, shown
 from experiments.rival_choices import nearby_loss, tried
 from experiments.rival_pictures import one_reward_picture
-from experiments.rivals import ABBEEL, BAYESIAN, RIVALS, Learned, Lengths, abbeel_both, bayesian, curve, wrong
+from experiments.rivals import ABBEEL, BAYESIAN, RIVALS, Learned, Lengths, abbeel, abbeel_both, bayesian, curve, wrong
 from subgoal.answers.scores import top_candidates
 from subgoal.candidates import Candidates, feature_subgoals, visited
 from subgoal.likelihood.planned_actions import planned_actions
@@ -69,6 +69,7 @@ def experiment(options: Options) -> tuple[Headline, Figure]:
         "runs": count, "layouts": count, "pairs": PAIRS, "readings": readings,
         "spread": {reading: spread(methods) for reading, methods in readings.items()},
         "iterations_to_minimum": {name: sweeps_to_minimum(values) for name, values in losses.items()},
+        "abbeel_by_its_quadratic_program_alone": scores(cases, [quadratic(case).best for case in cases]),
         "tried_elsewhere": tried(options.quick),
         "subgoals": _listed(first, cases[0].grid),
         "feature_vectors_per_free_cell": float(np.mean([len(c.groups.vectors) / c.grid.n_states for c in cases])),
@@ -96,7 +97,7 @@ def subgoals_on(case: Shown, seed: int, name: str, confidence: float) -> dict[An
 
 
 def rivals_on(cases: list[Shown], options: Options) -> dict[str, list[Learned]]:
-    """What each rival makes of each run."""
+    """What each rival makes of each run; Abbeel and Ng's is let choose from the policies of both their programs."""
     made: dict[str, list[Learned]] = {}
     for name, rival in (RIVALS | {ABBEEL: abbeel_both}).items():
         more: Any = {"lengths": QUICK} if options.quick and rival is bayesian else {}
@@ -105,6 +106,11 @@ def rivals_on(cases: list[Shown], options: Options) -> dict[str, list[Learned]]:
             for k, case in enumerate(cases)
         ]
     return made
+
+
+def quadratic(case: Shown) -> Learned:
+    """Abbeel and Ng's quadratic program, without the policies of the projection."""
+    return abbeel(case.demonstrations, case.grid.mdp, case.features)
 
 
 def scores(cases: list[Shown], policies: list[Floats]) -> Headline:
