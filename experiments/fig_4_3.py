@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.common import Headline, Options, run
-from experiments.grid_study import Run, Setting, study, true_cells
+from experiments.grid_study import RUNS, Run, Setting, study, true_cells
 from experiments.grid_worlds import demonstrate, held_out_loss, loss_by_sweep, posterior_of, state, table
 from experiments.rival_pictures import loop_picture
 from experiments.rivals import BAYESIAN, RIVALS, Learned, Lengths, bayesian, curve, scaled_features, wrong
@@ -32,6 +32,8 @@ ANCHORS = [(x - 1, y - 1) for x, y in SETTING.subgoals]
 STATES, FEATURES, LASTING = "BNIRL, state subgoals", "BNIRL, feature subgoals", "BNIRL, subgoals that last"
 """The last: state subgoals of the library's model in which a subgoal is kept for a while, its persistence learned."""
 OURS = (STATES, FEATURES, LASTING)
+QUICK_CASES = 2
+"""Learned from by all methods in a quick run."""
 STEP, LENGTHS, QUICK = 0.02, Lengths(100, 30, 20, 1), Lengths(8, 4, 2, 1)
 """Of Bayesian IRL, whose posterior is narrow here: steps of a quarter are never accepted, and it stays at no reward."""
 MOST_BNIRL, LEAST_RIVALS = 0.05, 0.20
@@ -45,13 +47,14 @@ def experiment(options: Options) -> tuple[Headline, Figure]:
     seeds = [options.seed + k for k in range(len(runs))]
     shown = [rounds(each.grid, each.shown.demonstrations) for each in runs]
     fresh = [rounds(each.grid, fresh_walk(each.grid, seed)) for each, seed in zip(runs, seeds, strict=True)]
-    cases = list(zip(runs, shown, fresh, seeds, strict=True))
+    cases = list(zip(runs, shown, fresh, seeds, strict=True))[: QUICK_CASES if options.quick else RUNS]
     ours = {name: [with_subgoals(name, *case) for case in cases] for name in OURS}
     rivals = {name: [one_reward(name, *case, options.quick) for case in cases] for name in RIVALS}
     losses = {STATES: sampled / pairs_of(shown), FEATURES: np.stack([row["losses"] for row in ours[FEATURES]])}
     losses |= {name: np.stack([curve(learned, so_far=name != BAYESIAN) for learned, _ in made])
                for name, made in rivals.items()}  # fmt: skip
     headline |= {
+        "runs_compared": len(cases),
         "final_loss": {name: _mean(ours[name], "last_sweep") for name in (STATES, FEATURES)},
         "held_out_loss": {name: _mean(rows, "exchangeable") for name, rows in ours.items()},
         "wrong": {name: {walk: _mean(rows, walk) for walk in WALKS} for name, rows in ours.items()}

@@ -111,5 +111,5 @@ def draw_shares(axis: Axes, headline: Headline) -> None:
     axis.set(xlim=(0, 1.08), xlabel="share of pairs wrong", ylim=(len(shares) - 0.4, -0.6))
     axis.xaxis.set_major_formatter(PercentFormatter(1, decimals=0))
     axis.grid(visible=False)
-    axis.set_title(f"In the end, mean of {headline['runs']} runs")
+    axis.set_title(f"In the end, mean of {headline['runs_compared']} runs")
     axis.legend(loc="upper right", fontsize=8.5)
