@@ -37,8 +37,17 @@ def bits_per_decision(probabilities: Any, actions: Any, *, counted: Any = None) 
 def zero_one_loss(probabilities: Any, actions: Any, *, counted: Any = None) -> float:
     """Mean 0-1 loss of predicting the most probable action, under uniform tie-breaking; arguments as above."""
     table, taken, rows = _predicted(probabilities, actions, counted)
-    best = table >= table.max(axis=1, keepdims=True) * (1 - TIE)
-    return float(policy_loss(best[rows], taken[rows]) / rows.size)
+    return float(losses(likeliest(table[rows]), taken[rows]).mean())
+
+
+def likeliest(probabilities: Floats) -> Bools:
+    """(N, A) the most probable actions of each row, ties included."""
+    return np.asarray(probabilities >= probabilities.max(axis=1, keepdims=True) * (1 - TIE))
+
+
+def losses(best: Bools, actions: Ints) -> Floats:
+    """(N,) 1 − 1[a best] / (number of best): the expected 0-1 loss of each action, ties split evenly."""
+    return np.asarray(1 - best[np.arange(len(best)), actions] / best.sum(axis=1))
 
 
 def policy_loss(optimal: Bools, actions: Any, *, ties: str = "uniform") -> float:
@@ -60,9 +69,8 @@ def policy_loss(optimal: Bools, actions: Any, *, ties: str = "uniform") -> float
         found = f"{optimal.dtype} of shape {optimal.shape}"
         raise InputError("optimal", found=found, wanted="booleans (N, A) with a best action in every row")
     actions = _whole_numbers("actions", actions, len(optimal), optimal.shape[1])
-    rows = np.arange(actions.size)
     if ties == "uniform":
-        return float((1 - optimal[rows, actions] / optimal.sum(axis=1)).sum())
+        return float(losses(optimal, actions).sum())
     if ties != "first":
         raise InputError("ties", found=repr(ties), wanted="'uniform' or 'first'")
     return float((optimal.argmax(axis=1) != actions).sum())

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from subgoal.answers.scores import likeliest, losses
 from subgoal.answers.trajectory_scores import Difference, TrajectoryScores
 from subgoal.answers.validation import some_trajectories
 from subgoal.demonstrations.records import Demonstrations
@@ -25,8 +26,6 @@ from subgoal.runtime.seeds import stream
 CLOSE = 1e-6
 MOST_FOLDS = 5
 """Where no number is given."""
-TIE = 1e-9
-"""Probabilities within this of the largest, relative to it, are tied."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -236,7 +235,6 @@ def check_foretold(name: str, given: Any, shape: tuple[int, int]) -> Floats:
 
 def _decisions(table: Floats, demonstrations: Demonstrations) -> tuple[Floats, Floats]:
     """(N,) log probability of the action taken, and expected 0-1 loss."""
-    rows, actions = np.arange(len(table)), np.asarray(demonstrations.actions)
-    best = table >= table.max(axis=1, keepdims=True) * (1 - TIE)
+    actions = np.asarray(demonstrations.actions)
     with np.errstate(divide="ignore"):
-        return np.log(table[rows, actions]), 1 - best[rows, actions] / best.sum(axis=1)
+        return np.log(table[np.arange(len(table)), actions]), losses(likeliest(table), actions)
