@@ -15,6 +15,7 @@ import numpy as np
 
 from subgoal.demonstrations.readers.labyrinth import BACK, EXIT, LEFT, RIGHT, read_labyrinth
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.irl.cloning import counted
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.checks import Bools, Floats, Ints
 
@@ -95,16 +96,6 @@ def markov(learned: Demonstrations, asked: Demonstrations, order: int, smoothing
 
     ``smoothing`` is added to the count of each legal action (a Dirichlet prior).
     """
-    counts = np.zeros((N_STATES**order, N_ACTIONS))
-    np.add.at(counts, (_context(learned, order), learned.actions), 1.0)
-    weight = (counts[_context(asked, order)] + smoothing) * (chance(asked) > 0)
+    counts = counted(learned, asked, shape=(N_STATES, N_ACTIONS), order=order)
+    weight = (counts + smoothing) * (chance(asked) > 0)
     return np.asarray(weight / weight.sum(axis=1, keepdims=True))
-
-
-def _context(demos: Demonstrations, order: int) -> Ints:
-    """(N,) number of the node, or of the pair of it and the one before; a bout comes from home."""
-    if order == 1:
-        return np.asarray(demos.states)
-    before = np.append(HOME, demos.states[:-1])
-    before[demos.offset[:-1]] = HOME
-    return np.asarray(before * N_STATES + demos.states)

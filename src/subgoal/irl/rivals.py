@@ -16,7 +16,7 @@ from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.apprenticeship import apprenticeship
 from subgoal.irl.bayesian import bayesian_irl
 from subgoal.irl.bnirl import bnirl
-from subgoal.irl.cloning import behaviour_cloning
+from subgoal.irl.cloning import behaviour_cloning, contexts, counted
 from subgoal.irl.max_entropy import max_causal_entropy
 from subgoal.irl.max_margin import max_margin_planning
 from subgoal.irl.reward_priors import Gaussian
@@ -69,17 +69,12 @@ def cloning(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitte
 def second_order(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
     """The second-order chain p(a | s before, s), its Dirichlet prior centred on the first-order one, of weight 1."""
     base = behaviour_cloning(demonstrations, mdp).policy
-    context, place = np.unique(_contexts(demonstrations, mdp), return_inverse=True)
-    counts = np.zeros((context.size, mdp.n_actions))
-    np.add.at(counts, (place, np.asarray(demonstrations.actions)), 1.0)
 
     def foretell(asked: Demonstrations) -> Floats:
-        wanted = _contexts(asked, mdp)
-        at = np.minimum(np.searchsorted(context, wanted), context.size - 1)
-        seen = np.where((context[at] == wanted)[:, None], counts[at], 0.0)
+        seen = counted(demonstrations, asked, shape=mdp.available.shape)
         return np.asarray((seen + base[asked.states]) / (seen.sum(axis=1, keepdims=True) + 1))
 
-    return Fitted(foretell, context.size, "state pairs")
+    return Fitted(foretell, np.unique(contexts(demonstrations, mdp.n_states)).size, "state pairs")
 
 
 def subgoal_mixture(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
@@ -197,14 +192,6 @@ def _by_state(policy: Floats, size: float, unit: str, *, converged: bool = True,
 def _by_subgoals(posterior: Posterior, foretell: Foretold) -> Fitted:
     count = int((posterior.expected_shares >= COUNTED).sum())
     return Fitted(foretell, count, "subgoals", posterior.status is Status.CONVERGED)
-
-
-def _contexts(demonstrations: Demonstrations, mdp: TabularMDP) -> Any:
-    """(N,) number of the pair of the state before, S at the start of a trajectory, and the state."""
-    states = np.asarray(demonstrations.states)
-    before = np.append(mdp.n_states, states[:-1])
-    before[demonstrations.offset[:-1]] = mdp.n_states
-    return before * mdp.n_states + states
 
 
 def _counted_cells(demonstrations: Demonstrations) -> int:
