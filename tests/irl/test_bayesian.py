@@ -11,6 +11,7 @@ from scipy.special import softmax
 
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.bayesian import anneal_reward, bayesian_irl, cooling
+from subgoal.irl.reward_priors import Gaussian
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.partition.outcome import Outcome
 from subgoal.posterior.diagnostics import Status
@@ -30,6 +31,16 @@ from tests.irl.test_reward_walk import (
     Wide,
 )
 from tests.oracles import rewards as oracle
+
+
+class Alone:
+    """One level and nothing else."""
+
+    start = 0.0
+
+    def log_density(self, values: np.ndarray) -> np.ndarray:
+        return np.where(values == 0, 0.0, -np.inf)
+
 
 DEMOS = Demonstrations.from_arrays(STATES, ACTIONS)
 SETTINGS = {"prior": Levels(), "confidence": CONFIDENCE, "step": STEP}
@@ -109,6 +120,26 @@ def test_a_chain_too_short_says_so() -> None:
         found = bayesian_irl(DEMOS, WORLD, draws=20, warmup=0, **SETTINGS)
     assert found.status is Status.NOT_CONVERGED
     assert fitted(chains=1).status is Status.FEW_CHAINS
+
+
+def test_a_chain_that_hardly_moves_says_what_to_try() -> None:
+    """Steps of 50 under a normal law of scale 1: not one is accepted, and all chains agree."""
+    one = {"prior": Gaussian(1.0), "step": 50.0, "relevance": [1.0, 0.0, 0.0, 0.0]}
+    with pytest.warns(ConvergenceWarning, match=r"accepted 0.00% .* Try: step=5, or a smaller confidence"):
+        found = bayesian_irl(DEMOS, WORLD, draws=50, warmup=50, **SETTINGS | one)
+    assert found.acceptance.min() == 0
+    assert found.status is Status.NOT_CONVERGED
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        bayesian_irl(DEMOS, WORLD, draws=50, warmup=50, **SETTINGS)
+    assert not [each for each in told if "accepted" in str(each.message)]
+
+
+def test_chains_that_never_moved_have_not_converged() -> None:
+    """All of them stand where the prior is highest: to the gate they look alike."""
+    found = fitted(prior=Alone(), relevance=[1.0, 0.0, 0.0, 0.0])
+    assert all(each.passes for each in found.diagnostics.values())
+    assert found.status is Status.NOT_CONVERGED
 
 
 def test_what_is_never_proposed_stays_at_the_mode_of_the_prior() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,8 @@ CONFIDENCE, STEP = 0.95, 1 / 3
 ROUND_SECONDS = 0.4
 FIRST_STEPS, MOST_STEPS = 256, 2**16
 """Of a round."""
+LEAST_ACCEPTED = 0.01
+"""A chain that accepts a smaller share of its proposals hardly moves."""
 ANNEALING = "Michini 2013, equation 3.11 and algorithm 3"
 
 
@@ -80,7 +82,8 @@ def bayesian_irl(
 
     Returns
     -------
-    RewardPosterior. Ctrl-C gives the draws so far. A ``ConvergenceWarning`` where the gate is not passed.
+    RewardPosterior. Ctrl-C gives the draws so far. A ``ConvergenceWarning`` where the gate is not passed, and where a
+    chain accepts less than 1 % of its proposals, as where δ is too wide for the likelihood.
 
     Raises
     ------
@@ -103,8 +106,8 @@ def bayesian_irl(
     made, done = _advance(walks, np.ones(length), keep, workers, progress or Silent(), sweep)
     drift = max(walk.error_bound for walk in walks)
     posterior = _assemble(law, made, keep[:done], done < length, time.monotonic() - begin, drift)
-    if posterior.status is not Status.CONVERGED:
-        warnings.warn(posterior.status.value, ConvergenceWarning, stacklevel=2)
+    for problem in _problems(posterior):
+        warnings.warn(problem, ConvergenceWarning, stacklevel=2)
     return posterior
 
 
@@ -214,7 +217,21 @@ def _assemble(
     summaries = {"log joint": traces["log_joint"], "log likelihood": traces["log_likelihood"]}
     summaries |= {f"weight {f}": weights[:, :, f] for f in np.flatnonzero(law.relevance).tolist()}
     diagnostics, status = gate(summaries, interrupted=interrupted, biased=False)
+    if status is Status.CONVERGED and not accepted.all():
+        status = Status.NOT_CONVERGED
     return RewardPosterior(
         weights, values, traces["log_likelihood"], traces["log_joint"], accepted, diagnostics, status, law, seconds,
         drift, undetermined_directions(law.features, law.mdp),
     )  # fmt: skip
+
+
+def _problems(posterior: RewardPosterior) -> Iterator[str]:
+    """What the gate found, and chains that hardly move; a chain that never does is no sign of convergence."""
+    if posterior.status is not Status.CONVERGED:
+        yield posterior.status.value
+    least, step = float(posterior.acceptance.min()), posterior.law.step
+    if least < LEAST_ACCEPTED:
+        yield (
+            f"a chain accepted {least:.2%} of its proposals: one step δ = {step:g} changes the likelihood or the prior "
+            f"too much. Try: step={step / 10:.3g}, or a smaller confidence"
+        )
