@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.special import softmax
+from scipy.special import log_softmax, logsumexp, softmax
 
 import subgoal
 from subgoal.answers.predictions import (
@@ -122,6 +123,29 @@ def test_the_bandwidth_is_the_best_of_those_tried_on_other_trajectories(posterio
     np.testing.assert_array_equal(predict_nearby(posterior, [3]), predict_nearby(posterior, [3], bandwidth=chosen))
 
 
+def test_the_bandwidth_is_found_where_no_subgoal_makes_an_action_likely(world: TabularMDP) -> None:
+    """Standing still at 5 serves neither 1 nor 9: at confidence 1e4 its probability is 0 in floating point."""
+    demos = Demonstrations.from_arrays(
+        np.array([2, 4, 5, 6, 8, 3, 5, 7]), np.array([0, 0, 2, 1, 1, 0, 0, 1]), [0, 5, 8],
+        coordinates=np.arange(WIDTH, dtype=float)[:, None],
+    )  # fmt: skip
+    made = bnirl(demos, world, candidates=Candidates.from_states([1, 9]), confidence=1e4, draws=50, warmup=50)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        chosen = best_bandwidth(made)
+    dense = world.matrix.toarray().reshape(WIDTH, world.n_actions, WIDTH), world.available, world.terminal
+    values = [subgoal_values(*dense, [g], world.discount, "continuing")[1] for g in (1, 9)]
+    log_taken = np.stack([log_softmax(1e4 * q, axis=1)[demos.states, demos.actions] for q in values], axis=1)
+    apart = demos.trajectory[:, None] != demos.trajectory
+    tried, scores = np.geomspace(0.5, 6, 12), []
+    for width in tried:
+        near = np.exp(-0.5 * ((demos.states[:, None] - demos.states) / width) ** 2) * apart
+        weights = near @ made.shares + made.settings.concentration * np.exp(made.candidates.log_prior)
+        scores.append(logsumexp(log_taken + np.log(weights / weights.sum(axis=1, keepdims=True)), axis=1).sum())
+    assert chosen == pytest.approx(tried[int(np.argmax(scores))])
+    assert chosen > 0.5
+
+
 def test_blocks_change_nothing(posterior: Posterior, monkeypatch: pytest.MonkeyPatch) -> None:
     whole, chosen = predict_nearby(posterior, np.arange(WIDTH), bandwidth=2), best_bandwidth(posterior)
     monkeypatch.setattr("subgoal.answers.predictions.MOST_DISTANCES", 100)
@@ -141,6 +165,28 @@ def test_one_trajectory_is_predicted_from_its_other_observations(world: TabularM
 def test_waypoints_come_in_the_order_of_their_first_use(posterior: Posterior) -> None:
     sequence = [int(posterior.candidates.goal_sets[g][0]) for g in waypoints(posterior)]
     assert sequence[:2] == [9, 1]
+
+
+@pytest.mark.parametrize(
+    "served",
+    [
+        [1, *[9] * 6, *[1] * 8],  # a stray pair at the start
+        [*[9] * 3, 1, *[9] * 3, *[1] * 8],
+        [1, 9, 9, 1, *[9] * 3, *[1] * 3, 9, *[1] * 4],
+        [*[9] * 3, *[1] * 4, *[9] * 8],  # rounds: half of the steps of 9 come after all of 1
+    ],
+)  # fmt: skip
+def test_neither_stray_pairs_nor_rounds_change_the_order_of_waypoints(posterior: Posterior, served: list[int]) -> None:
+    place = {int(members[0]): g for g, members in enumerate(posterior.candidates.goal_sets)}
+    changed = replace(posterior, best_assignment=np.tile([place[each] for each in served], 3))
+    assert [int(posterior.candidates.goal_sets[g][0]) for g in waypoints(changed)][:2] == [9, 1]
+
+
+def test_a_trajectory_with_nothing_but_a_stray_pair_has_no_say_in_the_order(posterior: Posterior) -> None:
+    place = {int(members[0]): g for g, members in enumerate(posterior.candidates.goal_sets)}
+    served = [*[9] * 7, *[1] * 8, *[1, *[9] * 14], *[1, *[9] * 14]]
+    changed = replace(posterior, best_assignment=np.array([place[each] for each in served]))
+    assert [int(posterior.candidates.goal_sets[g][0]) for g in waypoints(changed)][:2] == [9, 1]
 
 
 def test_the_follower_turns_at_waypoints(world: TabularMDP) -> None:

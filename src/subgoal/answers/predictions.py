@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import numpy as np
+from scipy.special import log_softmax, logsumexp
 
 from subgoal.answers.subgoals import LISTED_FROM
 from subgoal.demonstrations.records import Demonstrations
@@ -20,6 +22,8 @@ BANDWIDTHS = 12
 """Bandwidths tried between half the smallest and the largest distance of two observed places."""
 MOST_TRIED = 1_000
 """Observations, evenly spread, on which bandwidths are tried."""
+SEGMENT = 1 / 3
+"""Of the length of a usual run, what makes a run a segment and no stray."""
 MOST_DISTANCES = 2**22
 """Distances that are held at a time."""
 
@@ -71,7 +75,7 @@ def predict_nearby(posterior: Posterior, states: Any, *, bandwidth: float | None
 def predict_waypoints(
     posterior: Posterior, demonstrations: Demonstrations, *, dwell: int = 0, cyclic: bool = False
 ) -> Floats:
-    """(M, A) subgoals followed as waypoints in the order in which the demonstrations first served them (thesis 4.5).
+    """(M, A) subgoals followed as ``waypoints`` in the order in which demonstrations first served them (thesis 4.5).
 
     Each trajectory of ``demonstrations`` (M observations) begins with the first waypoint, goes on to the next once it
     has been there for ``dwell`` observations, and stays with the last, or begins again if ``cyclic``. Only states are
@@ -97,16 +101,28 @@ def predict_waypoints(
 def waypoints(posterior: Posterior) -> Ints:
     """Candidates with at least 1 % of the observations, in the order in which the best draw first serves them.
 
-    The order is that of the median step of first use over the trajectories; unused ones come last, by falling share.
+    A candidate is first served in a trajectory where its first segment begins: a run of observations longer than a
+    third of the runs that half of its observations are in. Single stray pairs do not count then, nor do later rounds.
+    The order is that of the median step over the trajectories that have such a segment; unused ones come last, by
+    falling share.
     """
     demos, theta, shares = posterior.demonstrations, posterior.best_assignment, posterior.expected_shares
     listed = np.flatnonzero(shares >= LISTED_FROM)
     listed = listed if listed.size else np.array([int(np.argmax(shares))])
-    step = np.arange(demos.n_observations) - demos.offset[:-1][demos.trajectory]
-    first = np.full((demos.n_trajectories, shares.size), np.inf)
-    np.minimum.at(first, (demos.trajectory, theta), step)
-    middle = [np.median(used) if (used := first[np.isfinite(first[:, g]), g]).size else np.inf for g in listed]
+    begin = np.union1d(np.flatnonzero(np.diff(theta)) + 1, demos.offset[:-1])
+    length, whose, trajectory = np.diff(np.append(begin, theta.size)), theta[begin], demos.trajectory[begin]
+    step = begin - demos.offset[:-1][trajectory]
+    middle = [_first_served(length[own], trajectory[own], step[own]) for own in (whose == g for g in listed)]
     return np.asarray(listed[np.lexsort((-shares[listed], np.array(middle)))])
+
+
+def _first_served(length: Ints, trajectory: Ints, step: Ints) -> float:
+    """Median over trajectories of the step at which the first long run of one candidate begins; ∞ without runs."""
+    if not length.size:
+        return np.inf
+    long = length > SEGMENT * np.median(np.repeat(length, length))
+    _, first = np.unique(trajectory[long], return_index=True)
+    return float(np.median(step[long][first]))
 
 
 def best_bandwidth(posterior: Posterior) -> float:
@@ -123,7 +139,7 @@ def best_bandwidth(posterior: Posterior) -> float:
     if furthest == 0:
         return 1.0
     tried = np.geomspace(closest / 2, furthest, BANDWIDTHS)
-    policies, row = policies_of(posterior, demos.states[tried_on])
+    policies, row = _log_policies(posterior, demos.states[tried_on])
     taken = policies[row, demos.actions[tried_on]]
     alone = demos.n_trajectories == 1
     scores = np.zeros(BANDWIDTHS)
@@ -133,7 +149,7 @@ def best_bandwidth(posterior: Posterior) -> float:
         other = np.arange(len(places)) != rows[:, None] if alone else trajectory != trajectory[rows][:, None]
         for k, width in enumerate(tried):
             weights = _local_weights(posterior, np.exp(-0.5 * (distance / width) ** 2) * other)
-            scores[k] += np.log((weights * taken[block]).sum(axis=1)).sum()
+            scores[k] += logsumexp(taken[block], b=weights, axis=1).sum()
     return float(tried[int(np.argmax(scores))])
 
 
@@ -149,6 +165,12 @@ def planned_source(posterior: Posterior) -> PlannedActions:
 
 def policies_of(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
     """(U, A, G) π_g(a | s) of the different states, and (M,) the row of each state."""
+    table, row = _log_policies(posterior, states)
+    return np.exp(table), row
+
+
+def _log_policies(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
+    """As ``policies_of``, log π_g(a | s)."""
     source = planned_source(posterior)
     here, row = np.unique(_checked(source, states), return_inverse=True)
     over = source.mdp.terminal[here]
@@ -164,15 +186,9 @@ def policies_of(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
     above -= above.max(axis=1, keepdims=True)
     law: Any = posterior.likelihood.confidence if posterior.likelihood is not None else posterior.confidence
     if not isinstance(law, Levels):
-        return _softmax(above, law), row
-    levels = zip(law.confidences.tolist(), law.shares.tolist(), strict=True)
-    return np.asarray(sum(share * _softmax(above, alpha) for alpha, share in levels)), row
-
-
-def _softmax(above: Floats, confidence: Any) -> Floats:
-    """(U, A, G) π_g(a | s) of values below the best, at one confidence or one for each candidate."""
-    chances = np.exp(above * confidence)
-    return np.asarray(chances / chances.sum(axis=1, keepdims=True))
+        return log_softmax(above * law, axis=1), row
+    levels = zip(law.confidences.tolist(), np.log(law.shares).tolist(), strict=True)
+    return reduce(np.logaddexp, (log_share + log_softmax(above * alpha, axis=1) for alpha, log_share in levels)), row
 
 
 def _checked(source: PlannedActions, states: Any) -> Ints:
