@@ -1,0 +1,72 @@
+"""A Dask cluster, reached by the address of its scheduler or refused within a stated time."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from importlib import import_module
+from typing import Any
+
+from subgoal.runtime.checks import positive
+from subgoal.runtime.errors import InputError, MissingExtraError
+
+PATIENCE = 5.0
+"""Seconds that a scheduler has to answer."""
+ADDRESS = 'the address of a scheduler, "tcp://host:port"'
+HINT = "dask scheduler and dask worker on the machines of the cluster, and the address that the scheduler prints"
+
+
+class ClusterError(InputError):
+    """A Dask scheduler does not answer, or its cluster has no workers."""
+
+
+def connect(address: str, *, timeout: float = PATIENCE) -> Any:
+    """A ``dask.distributed.Client`` of the scheduler at ``address``, such as "tcp://10.0.0.5:8786".
+
+    It is the default client until it is closed, so that ``backend="dask"`` finds it; use it in a ``with`` statement.
+    Raises ``ClusterError`` when no scheduler answers there within ``timeout`` seconds, ``InputError`` for an address
+    that is none, and ``MissingExtraError`` without the extra ``dask``.
+    """
+    seconds = positive("timeout", timeout)
+    if not isinstance(address, str) or not address.strip():
+        raise InputError("address", found=repr(address), wanted=ADDRESS)
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        raise MissingExtraError("distributed", "dask") from None
+    place = address.strip()
+    try:
+        distributed.comm.addressing.parse_host_port(place.split("://")[-1])
+    except ValueError as problem:
+        raise InputError("address", found=f"{address!r} ({problem})", wanted=ADDRESS) from None
+    answer = _identity(place, seconds)
+    if answer != "Scheduler":
+        said = f"no answer within {seconds:g} s" if answer is None else f"an answer of another kind ({answer})"
+        raise ClusterError("Dask scheduler", where=place, found=said, wanted="one that answers", hint=HINT)
+    return distributed.Client(place, timeout=seconds)
+
+
+def _identity(address: str, seconds: float) -> str | None:
+    """What listens at ``address`` says it is, or what went wrong; None for silence.
+
+    Asked in a thread that may be left waiting: a client of its own would wait for ever for what never says a word.
+    """
+    answer: list[str] = []
+
+    async def ask() -> None:
+        core: Any = import_module("distributed.core")
+        async with core.rpc(address, timeout=seconds) as peer:
+            answer.append(str((await asyncio.wait_for(peer.identity(), seconds)).get("type")))
+
+    def attempt() -> None:
+        try:
+            asyncio.run(ask())
+        except (OSError, TimeoutError):
+            return
+        except Exception as problem:
+            answer.append(f"{type(problem).__name__}: {problem}")
+
+    asking = threading.Thread(target=attempt, daemon=True)
+    asking.start()
+    asking.join(seconds)
+    return answer[0] if answer else None
