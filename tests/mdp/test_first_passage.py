@@ -74,7 +74,7 @@ def test_the_error_bound_is_kept_where_values_settle_slowly() -> None:
 
 def test_predecessors_are_the_states_that_lead_there() -> None:
     mdp, (table, _, _) = world(6, 0.9, n_states=15, illegal=True, terminal=2)
-    rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, 3, 0.9)
+    rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, 3, 0.9, np.arange(mdp.n_states))
     edge, before = loops.find_predecessors(*rows[:3])
     leads = table.max(axis=1) > 0
     np.fill_diagonal(leads, False)
@@ -238,7 +238,7 @@ def test_other_bad_arguments() -> None:
 
 def test_groups_hold_every_goal_once_and_near_ones_together() -> None:
     mdp = corridor(100, 0.9)
-    rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, 3, 0.9)
+    rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, 3, 0.9, np.arange(mdp.n_states))
     edge, before = loops.find_predecessors(*rows[:3])
     places = np.random.default_rng(0).permutation(100)[:40]
     label = loops.near_groups(places, edge, before, 10, 1000)

@@ -19,12 +19,13 @@ REPEATS = 20
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def compress_rows(offset, successor, probability, n_actions, discount):
+def compress_rows(offset, successor, probability, n_actions, discount, own):
     """Rows without self-transitions: ``state_edge`` (S+1,), ``row_edge`` (R+1,), ``to``, ``weight`` and ``gain`` (R,).
 
     Row r of state s is one of ``state_edge[s]:state_edge[s+1]``; its value is Σ weight·value[to], plus gain·reward.
+    ``own`` (S,) is what ``successor`` calls each state.
     """
-    n_states = (offset.size - 1) // n_actions
+    n_states = own.size
     state_edge = np.zeros(n_states + 1, np.int64)
     row_edge = np.zeros(offset.size, np.int64)
     gain = np.empty(offset.size - 1)
@@ -37,11 +38,11 @@ def compress_rows(offset, successor, probability, n_actions, discount):
                 continue
             stays = 0.0
             for k in range(offset[row], offset[row + 1]):
-                if successor[k] == s:
+                if successor[k] == own[s]:
                     stays += probability[k]
             gain[rows] = 1.0 / (1.0 - discount * stays)
             for k in range(offset[row], offset[row + 1]):
-                if successor[k] != s and probability[k] > 0:
+                if successor[k] != own[s] and probability[k] > 0:
                     to[entries] = successor[k]
                     weight[entries] = discount * probability[k] * gain[rows]
                     entries += 1

@@ -8,7 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from subgoal.mdp.tabular import TabularMDP, check_discount
+from subgoal._kernels.grid_rows import grid_rows
+from subgoal.mdp.grids.travel_bound import TravelBound, travel_bound
+from subgoal.mdp.local_world import Rows
+from subgoal.mdp.tabular import TabularMDP, check_discount, check_states
 from subgoal.runtime.checks import Bools, Floats, Ints, copied, frozen, real_array, whole
 from subgoal.runtime.errors import InputError
 
@@ -78,7 +81,7 @@ class GridWorld:
         if moves not in (4, 8):
             raise InputError("moves", found=moves, wanted="4 or 8")
         discount = check_discount(self.discount)
-        self._set(free=frozen(free), moves=moves, discount=discount, slip=_chances(self.slip, moves))
+        self._set(free=frozen(free), moves=moves, discount=discount, slip=turn_chances(self.slip, moves))
         ends = copied("terminal", self.terminal)
         ends = ends if ends.size else np.zeros((0, 2), np.int64)
         self.states(ends)
@@ -169,52 +172,49 @@ class GridWorld:
     @cached_property
     def mdp(self) -> TabularMDP:
         """The world as a tabular process."""
-        over = np.zeros(self.n_states, bool)
-        over[self.states(self.terminal)] = True
-        n_actions = len(self.action_names)
-        counts = np.stack([self._chances(action, over).astype(bool).sum(axis=1) for action in range(n_actions)], axis=1)
-        offset = np.concatenate([[0], np.cumsum(counts)])
-        successor, probability = np.empty(offset[-1], np.int32), np.empty(offset[-1])
-        for action in range(n_actions):
-            chances = self._chances(action, over)
-            kept = chances > 0
-            places = (offset[action:-1:n_actions, None] + np.cumsum(kept, axis=1) - 1)[kept]
-            successor[places] = self._ways(action)[kept]
-            probability[places] = chances[kept]
+        offset, successor, probability = self.rows(np.arange(self.n_states))
         probability.flags.writeable = False
         lie = self.cells.astype(float) if self.coordinates is None else self.coordinates
         return TabularMDP(
-            offset, successor, probability, n_actions, self.discount, terminal=over, coordinates=lie,
+            offset, successor, probability, self.n_actions, self.discount, terminal=self._over, coordinates=lie,
             action_names=self.action_names,
         )  # fmt: skip
+
+    @property
+    def n_actions(self) -> int:
+        """A."""
+        return self.moves + int(self.stay)
+
+    def rows(self, states: Ints) -> Rows:
+        """Transition rows of some states (M,), so that planning need not write down the world; see ``LocalWorld``."""
+        slip = np.array([*self.slip, 0.0][: self.moves + 1])  # type: ignore[misc]
+        told = grid_rows(states, self.targets[states].astype(np.int64), self._over[states], slip, self.moves, self.stay)
+        return Rows(*told)
+
+    def reach_bound(self, states: Ints, goals: Ints) -> Floats:
+        """(M, G) upper bounds of E[γ^T], T the time from a state to a goal, that hold whatever the walls."""
+        return self._travel(self.cells[states], self.cells[goals])
+
+    def check(self, what: str, states: Any) -> Ints:
+        """``states`` as numbers of existing states; raises ``InputError`` naming the index of another one."""
+        return check_states(what, states, self.n_states)
+
+    @cached_property
+    def _over(self) -> Bools:
+        over = np.zeros(self.n_states, bool)
+        over[self.states(self.terminal)] = True
+        return over
+
+    @cached_property
+    def _travel(self) -> TravelBound:
+        return travel_bound(self.directions[: self.moves], self.slip, self.discount)  # type: ignore[arg-type]
 
     def _set(self, **values: Any) -> None:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
-    def _ways(self, action: int) -> Any:
-        """(S, K) where an action may lead, a column a turn that has a chance; the last is the state itself."""
-        here = np.arange(self.n_states, dtype=np.int32)[:, None]
-        if action == self.moves:
-            return here
-        turns: Any = self.slip
-        return np.hstack(
-            [self.targets[:, [(action + k) % self.moves for k in np.flatnonzero(turns[: self.moves])]], here]
-        )
 
-    def _chances(self, action: int, over: Bools) -> Floats:
-        """(S, K) the chances of ``_ways``: what does not move is in the last column; none where it is ``over``."""
-        ways = self._ways(action)
-        slip = np.array(self.slip) if action < self.moves else np.eye(self.moves + 1)[-1]
-        turns = slip[: self.moves][slip[: self.moves] > 0]
-        chances = np.where(ways[:, :-1] != ways[:, -1:], turns, 0.0)
-        stays = np.where(ways[:, :-1] == ways[:, -1:], turns, 0.0).sum(axis=1) + slip[self.moves :].sum()
-        rows = np.column_stack([chances, stays])
-        rows[over] = 0
-        return rows
-
-
-def _chances(slip: Any, moves: int) -> tuple[float, ...]:
+def turn_chances(slip: Any, moves: int) -> tuple[float, ...]:
     """The chance of each turn, checked."""
     chances = real_array("slip", np.eye(moves)[0] if slip is None else slip, ndim=1)
     if chances.size not in (moves, moves + 1) or not (chances >= 0).all() or not abs(chances.sum() - 1) <= 1e-9:

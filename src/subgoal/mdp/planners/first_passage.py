@@ -155,7 +155,8 @@ class _Job:
     def table(self) -> _Compressed:
         """Compressed once for all goals."""
         mdp = self.mdp
-        rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, mdp.n_actions, mdp.discount)
+        own = np.arange(mdp.n_states)
+        rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, mdp.n_actions, mdp.discount, own)
         return _Compressed(*rows, *loops.find_predecessors(*rows[:3]))
 
     @cached_property

@@ -11,4 +11,5 @@ class PlanStatus(enum.Enum):
     SOLVED = "solved: the error bound is within the tolerance"
     ROUNDING = "as exact as rounding allows; the error bound is above the tolerance. Try: a larger tolerance"
     LIMIT = "NOT CONVERGED: the limit of sweeps was reached. Try: more sweeps or a larger tolerance"
+    BUDGET = "NOT CONVERGED: the budget of states was reached. Try: a larger most_states or tolerance, or a nearer goal"
     SETTLED = "settled: the values no longer change, but at discount 1 no bound on their error is known"
