@@ -11,7 +11,7 @@ from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.prepare import demonstrate
 from subgoal.demonstrations.readers import PAIRS, RECORDINGS, format_of, known_options, read_recording
 from subgoal.demonstrations.readers import accepted as options_of
-from subgoal.demonstrations.recordings import starting_in
+from subgoal.demonstrations.recordings import starting_within
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.demonstrations.thinning import thin as thin_pairs
 from subgoal.runtime.errors import InputError
@@ -68,7 +68,7 @@ def read(
         return demos if thin is None else thin_pairs(demos, thin, metric)
     recording = _recording(path, chosen, {"rate": rate, "max_gap": max_gap}, options)
     if start_within is not None:
-        recording = starting_in(recording, *_bounds(start_within))
+        recording = starting_within(recording, start_within)
     return demonstrate(
         recording,
         rate=rate, every=every, velocity=velocity, window=window, max_gap=max_gap, thin=thin,
@@ -81,16 +81,6 @@ def _refuse_unused(format: str, given: dict[str, Any]) -> None:
     told = [name for name, value in given.items() if value is not None]
     if told:
         raise InputError("options", found=", ".join(told), wanted=f"none of them: {format!r} holds ready pairs")
-
-
-def _bounds(start_within: Any) -> tuple[list[Any], list[Any]]:
-    """Lower and upper bounds from (low, high) for each dimension."""
-    try:
-        lower, upper = zip(*[(low, high) for low, high in start_within], strict=True)
-    except (TypeError, ValueError):
-        wanted = "(low, high) for each dimension"
-        raise InputError("start_within", found=repr(start_within), wanted=wanted) from None
-    return list(lower), list(upper)
 
 
 def look(path: Any, *, format: str | None = None, **options: Any) -> Recording | Demonstrations:

@@ -58,6 +58,20 @@ def starting_in(recording: Recording, lower: Sequence[float], upper: Sequence[fl
     )
 
 
+def starting_within(recording: Recording, ranges: Any) -> Recording:
+    """``starting_in`` with (low, high) for each of the d position columns. Raises ``InputError`` for anything else."""
+    names, wanted = recording.names, "low and high"
+    wanted = f"{len(names)} of low and high, for {', '.join(names)}, infinite where there is no bound"
+    try:
+        pairs = [(float(low), float(high)) for low, high in ranges]
+    except (TypeError, ValueError):
+        raise InputError("start_within", found=repr(ranges), wanted=wanted) from None
+    if len(pairs) != len(names):
+        raise InputError("start_within", found=f"{len(pairs)}", wanted=wanted)
+    lower, upper = zip(*pairs, strict=True)
+    return starting_in(recording, lower, upper)
+
+
 def split_at_gaps(recording: Recording, max_gap: float) -> Recording:
     """Cut trajectories where two samples lie more than ``max_gap`` (in ``time_unit``) apart.
 
