@@ -269,4 +269,5 @@ def test_learning_all_of_groups_says_that_they_do_not_last(subgoal, corner: Path
     monkeypatch.setattr("subgoal.reporting.results._draw", lambda *arguments: None)
     words = ("--learn-all", "--group", "animal", "--epsilon", "2", "--draws", "3", "--warmup", "0")
     answer = subgoal("learn", with_animals(corner), *words, "--out", tmp_path / "out")
-    assert "how long subgoals last is not learned" in answer.out
+    assert "note: with groups (--group) how long subgoals last is not learned" in answer.out
+    assert "With groups (--group) how long subgoals last is not learned" in (tmp_path / "out/report.html").read_text()

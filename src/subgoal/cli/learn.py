@@ -16,10 +16,6 @@ if TYPE_CHECKING:
     from subgoal.posterior.posterior import Posterior
 
 CONFIDENCE = 3.0
-GROUPS_DO_NOT_LAST = (
-    "note: with --group how long subgoals last is not learned, and one place may then take nearly all that is noisy; "
-    "compare with a run without --group, or give --confidence"
-)
 PLACES = "Candidate places"
 MODEL = "Model"
 RUN = "Run"
@@ -167,6 +163,7 @@ def learn_file(
     from subgoal.cli.write import write
     from subgoal.demonstrations.metric import Metric
     from subgoal.demonstrations.read import read
+    from subgoal.reporting.learned import GROUPS_DO_NOT_LAST
     from subgoal.runtime.checks import positive
 
     merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
@@ -179,7 +176,7 @@ def learn_file(
     likelihood = likelihood_table(demonstrations, chosen, **(table if fixed else {**table, "confidence": CONFIDENCE}))
     kind = {"grouped": "group" in reading, "learn_all": learn_all}
     if learn_all and kind["grouped"] and not quiet:
-        print(GROUPS_DO_NOT_LAST)
+        print(f"note: {GROUPS_DO_NOT_LAST}")
     run = run | model_and_sampler(demonstrations, run.pop("sampler", None), **kind)
     run |= {"confidence": None} if learn_all and fixed else {}
     with output_folder(out) as folder:

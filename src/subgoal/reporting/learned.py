@@ -28,6 +28,10 @@ MEANINGS = {
     "stickiness": ("Stickiness", "share of a subgoal's successors that is itself"),
 }
 LEVELS = "noise levels"
+GROUPS_DO_NOT_LAST = (
+    "with groups (--group) how long subgoals last is not learned, and one place may then take nearly all that is "
+    "noisy; compare with a run without groups, or give a confidence (--confidence)"
+)
 SAME = 0.25
 """The weight and the correlation left agree where their product is within this of one."""
 FULL = 1.2
@@ -89,7 +93,10 @@ def learned_section(posterior: Posterior) -> str:
     if not rows:
         return ""
     told = "Nothing of this was set by hand: each number was drawn along with the subgoals, from its own prior."
-    return section("Learned numbers", lead(told) + table(("Number", "Mean", "90 % of the draws", "What it is"), rows))
+    grouped = posterior.settings.model.startswith("Grouped(")
+    more = note(f"{GROUPS_DO_NOT_LAST[0].upper()}{GROUPS_DO_NOT_LAST[1:]}.") if grouped else ""
+    listed = table(("Number", "Mean", "90 % of the draws", "What it is"), rows)
+    return section("Learned numbers", lead(told) + listed + more)
 
 
 def _numbers(posterior: Posterior) -> Iterator[tuple[str, ...]]:
