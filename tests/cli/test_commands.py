@@ -51,6 +51,8 @@ def test_compare_refuses_what_it_cannot_do_with_a_clear_message(subgoal, corner:
     assert many.code == 2
     assert "--folds" in many.err or "folds" in many.err
     for words, wanted in (
+        (("--methods", ""), "methods: found none, wanted a list of some of chance"),
+        (("--start-within", "100:inf"), "start_within: found 1, wanted 2 of low and high, for x, y"),
         (("--cell", "-1"), "--cell: found -1"),
         (("--cell", "1e6"), "smaller --cell"),
         (("--cell", "1e-6"), "larger cells"),
@@ -60,6 +62,17 @@ def test_compare_refuses_what_it_cannot_do_with_a_clear_message(subgoal, corner:
         assert answer.code == 2
         assert wanted in answer.err
     assert not (tmp_path / "out").exists()
+    taken = subgoal("compare", corner, "-i", "id", "--out", corner)
+    assert taken.code == 2
+    assert f"--out: found the file {corner}, wanted a folder" in taken.err
+
+
+def test_compare_tells_what_was_dropped_on_the_way_in(subgoal, corner: Path, tmp_path: Path) -> None:
+    corner.write_text(corner.read_text() + "nan,1,99,a\n")
+    answer = subgoal("compare", corner, "-i", "id", "-m", "cloning", "--folds", "2", "--out", tmp_path / "out")
+    assert answer.code == 0
+    assert "on the way in: rows without a position dropped: 1" in answer.out
+    assert "left" not in answer.err
 
 
 def test_demo_finds_two_corners_and_the_end(subgoal, tmp_path: Path) -> None:

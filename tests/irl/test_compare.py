@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 import signal
+from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from subgoal.candidates import Candidates
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.cloning import behaviour_cloning
 from subgoal.irl.compare import compare
-from subgoal.irl.rivals import RIVALS, Fitted, error_rate, lasting_subgoals, second_order
+from subgoal.irl.rivals import (
+    RIVALS,
+    Fitted,
+    error_rate,
+    lasting_subgoals,
+    merge_radius,
+    second_order,
+    subgoal_mixture,
+)
 from subgoal.mdp.grids.grid import GridWorld
 from subgoal.options.tabular import execute, goal_option
 from subgoal.plots.comparison import one_reward_words
 from subgoal.runtime.errors import InputError, SubgoalError
+from subgoal.runtime.progress import Silent
+from tests.answers.made import posterior_of
 
 GRID = GridWorld(np.ones((5, 5), bool), discount=0.9, moves=4)
 CORNERS = [(0, 0), (4, 0), (4, 4), (0, 4)]
@@ -167,6 +180,33 @@ def test_what_ctrl_c_came_before_is_named() -> None:
     assert found.unfinished == ("stops", "never")
 
 
+def test_neighbouring_cells_are_counted_as_one_subgoal(monkeypatch) -> None:
+    """Within two cells; three candidates, two of them side by side, are two subgoals."""
+    places = np.empty((GRID.n_states, 2))
+    for x, y in np.ndindex(5, 5):
+        places[GRID.state(x, y)] = 0.5 * x, 0.5 * y
+    demos = replace(DEMOS, coordinates=places, names=("x", "y"))
+    assert merge_radius(demos, GRID.mdp) == pytest.approx(1.0)
+    assert merge_radius(DEMOS, GRID.mdp) == 0
+    cells = [int(GRID.state(x, 0)) for x in (0, 1, 4)]
+    held = np.repeat([[0, 1, 2]], [36, 30, 30], axis=1)
+    made = posterior_of(held, Candidates.from_states(cells, coordinates=places))
+    monkeypatch.setattr("subgoal.irl.rivals.bnirl", lambda *world, **settings: replace(made, demonstrations=demos))
+    assert subgoal_mixture(DEMOS, GRID.mdp, 0).size == 2
+
+
+def test_time_left_is_told_of_each_method_alone() -> None:
+    class Kept(Silent):
+        told: ClassVar[list[tuple[int, int, str]]] = []
+
+        def update(self, done: int, total: int, note: str = "") -> None:
+            self.told.append((done, total, note))
+
+    compare(DEMOS, GRID.mdp, methods=["cloning"], folds=2, progress=Kept())
+    assert [done for done, _, _ in Kept.told] == [0, 1, 2, 2, 3, 4, 4, 5, 6]
+    assert [note for _, _, note in Kept.told[:3]] == ["chance", *["chance, 0 s left of it"] * 2]
+
+
 def test_whether_one_reward_is_enough_is_a_paired_difference() -> None:
     found = compare(DEMOS, GRID.mdp, methods=["bnirl-persistent", "entropy"], folds=2)
     several, single, gap = found.one_reward()
@@ -181,6 +221,16 @@ def test_bad_input_is_named() -> None:
         compare(DEMOS, GRID.mdp, methods=["gail"])
     with pytest.raises(InputError, match="folds"):
         compare(DEMOS, GRID.mdp, folds=7)
+    for methods in ([], {}):
+        with pytest.raises(InputError, match="methods: found none"):
+            compare(DEMOS, GRID.mdp, methods=methods)
+    with pytest.raises(InputError, match="found 'bnirl', wanted a list of some of chance"):
+        compare(DEMOS, GRID.mdp, methods="bnirl")
+    for mixed in (["bnirl", second_order], {"bnirl": "bnirl", "mine": second_order}):
+        with pytest.raises(
+            InputError, match=r"wanted (names in a list|a function).*RIVALS\['bnirl'\]\[1\], 'mine': mine"
+        ):
+            compare(DEMOS, GRID.mdp, methods=mixed)
     one = Demonstrations(DEMOS.states[:16], DEMOS.actions[:16], np.array([0, 16]))
     with pytest.raises(InputError, match="trajectory"):
         compare(one, GRID.mdp)

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 PRINTED_WIDTH = 110
 CELLS_ACROSS = 20
 """Cells along the longer side, where no size is given."""
-MERGED = 2.0
-"""Places within so many cells are one subgoal."""
 WORLD = "World"
 
 
@@ -86,9 +84,12 @@ def compare(
         scale=scale, units=units, clock=clock, likelihood=likelihood, min_likelihood=min_likelihood,
         bodypart=bodypart, rate=rate, max_gap=max_gap, separator=separator, decimal=decimal,
     )  # fmt: skip
+    from rich.console import Console
+
     from subgoal.cli.compose import output_folder
+    from subgoal.cli.table import print_notes
     from subgoal.irl import compare as comparing
-    from subgoal.irl.rivals import lasting_posterior
+    from subgoal.irl.rivals import lasting_posterior, merge_radius
     from subgoal.plots.comparison import comparison_words, one_reward_words
     from subgoal.reporting.results import write_results
     from subgoal.runtime.progress import progress_display
@@ -97,15 +98,17 @@ def compare(
     if not quiet:
         told = f"{world.n_states} cells, {demonstrations.n_observations} decisions in"
         print(f"{told} {demonstrations.n_trajectories} trajectories")
+        print_notes(demonstrations, Console(highlight=False))
     with output_folder(out) as folder:
         found = comparing.compare(
             demonstrations, world.mdp, methods=o.words(methods), folds=folds, seed=seed,
-            progress=progress_display("comparing", quiet=quiet),
+            progress=progress_display("comparing", quiet=quiet, even=False),
         )  # fmt: skip
         told = f"Cells of {side:.4g} {demonstrations.units}".rstrip() + f", {moves} directions, discount {discount:g}"
         found = replace(found, setting=f"{told}; subgoals in this report: BNIRL with lasting subgoals, confidence 10")
         posterior = lasting_posterior(demonstrations, world.mdp, seed)
-        write_results(posterior, folder, merge_radius=MERGED * side, y_down=y_down, comparison=found)
+        merged = merge_radius(demonstrations, world.mdp)
+        write_results(posterior, folder, merge_radius=merged, y_down=y_down, comparison=found)
     if not quiet:
         print_comparison(found)
         print(f"{one_reward_words(found)}\n{comparison_words(found)}")
@@ -119,7 +122,7 @@ def gridded(
 ) -> tuple[Any, Any, float]:
     """The grid world around a recording, the recording in it without standing still, and the side of a cell."""
     from subgoal.demonstrations.read import look
-    from subgoal.demonstrations.recordings import starting_in
+    from subgoal.demonstrations.recordings import starting_within
     from subgoal.mdp import Occupancy, to_cells
     from subgoal.mdp.grids.samples import planar
     from subgoal.runtime.checks import positive
@@ -128,7 +131,7 @@ def gridded(
         raise InputError("--discount", found=discount, wanted="at least 0 and below 1")
     recording: Any = look(file, **reading)
     if box is not None:
-        recording = starting_in(recording, *zip(*box, strict=True))
+        recording = starting_within(recording, box)
     positions = planar(recording)
     extent = float((positions.max(axis=0) - positions.min(axis=0)).max())
     side = positive("--cell", extent / CELLS_ACROSS if cell is None and extent > 0 else 1.0 if cell is None else cell)

@@ -111,6 +111,8 @@ def model_and_sampler(
 def output_folder(path: Path) -> Iterator[Path]:
     """The folder, made if it is not there; taken away again if nothing came to stand in it."""
     made = not path.exists()
+    if path.is_file():
+        raise InputError("--out", found=f"the file {path}", wanted="a folder", hint="another name")
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as problem:

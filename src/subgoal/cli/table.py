@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from subgoal.answers.subgoals import COUNTED_FROM, Subgoals, reaches
+from subgoal.demonstrations.records import Demonstrations
 from subgoal.plots.words import counted, decimals, trajectories
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
@@ -59,7 +60,12 @@ def print_results(posterior: Posterior, results: Results, folder: Path) -> None:
     console.print(posterior.status.value, style=colour, markup=False, soft_wrap=True)
     if weight_told(posterior):
         console.print(weight_told(posterior), markup=False, soft_wrap=True)
-    for what, number in demos.source.notes.items():
-        much = "warning: " if number > MUCH * demos.n_observations else ""
-        console.print(f"{much}on the way in: {what.replace('_', ' ')}: {number}", markup=False, soft_wrap=True)
+    print_notes(demos, console)
     console.print(f"Look at {folder / 'report.html'}", markup=False, soft_wrap=True)
+
+
+def print_notes(demonstrations: Demonstrations, console: Console) -> None:
+    """What was dropped, cut or filled in on the way in."""
+    for what, number in demonstrations.source.notes.items():
+        much = "warning: " if number > MUCH * demonstrations.n_observations else ""
+        console.print(f"{much}on the way in: {what.replace('_', ' ')}: {number}", markup=False, soft_wrap=True)

@@ -26,6 +26,7 @@ from subgoal.runtime.seeds import stream
 CLOSE = 1e-6
 MOST_FOLDS = 5
 """Where no number is given."""
+BOTH = "functions by name, those of the library as {'bnirl': subgoal.irl.rivals.RIVALS['bnirl'][1], 'mine': mine}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -177,30 +178,47 @@ def compare(
 
 
 def _chosen(methods: Any) -> dict[str, tuple[str, Rival]]:
+    """Names and functions by key. Raises ``InputError`` for what is neither keys alone nor functions alone."""
     if methods is None:
         return {key: rival for key, rival in RIVALS.items() if key != "bayesian"}
     if isinstance(methods, Mapping):
-        return {key: RIVALS[key] for key in FLOORS} | {str(key): (str(key), rival) for key, rival in methods.items()}
-    unknown = [key for key in methods if key not in RIVALS]
-    if unknown or isinstance(methods, str):
-        found = repr(methods) if isinstance(methods, str) else repr(unknown[0])
-        raise InputError("methods", found=found, wanted="some of " + ", ".join(RIVALS))
-    return {key: RIVALS[key] for key in RIVALS if key in (*FLOORS, *methods)}
+        return {key: RIVALS[key] for key in FLOORS} | _own(methods)
+    names, known = [] if isinstance(methods, str) else list(methods), f"some of {', '.join(RIVALS)}"
+    if not names:
+        raise InputError("methods", found=repr(methods) if methods else "none", wanted=f"a list of {known}")
+    for each in names:
+        if not isinstance(each, str):
+            raise InputError("methods", found=repr(each), wanted=f"names in a list, {known}", hint=BOTH)
+        if each not in RIVALS:
+            raise InputError("methods", found=repr(each), wanted=known)
+    return {key: RIVALS[key] for key in RIVALS if key in (*FLOORS, *names)}
 
 
-def _tell(display: Progress, before: int, total: int, name: str, done: int) -> None:
-    display.update(before + done, total, name)
+def _own(methods: Mapping[str, Any]) -> dict[str, tuple[str, Rival]]:
+    if not methods:
+        raise InputError("methods", found="none", wanted="functions by name")
+    for key, rival in methods.items():
+        if not callable(rival):
+            raise InputError(f"methods[{key!r}]", found=repr(rival), wanted="a function", hint=BOTH)
+    return {str(key): (str(key), rival) for key, rival in methods.items()}
+
+
+def _tell(display: Progress, before: int, total: int, name: str, done: int, left: float | None = None) -> None:
+    """``left`` are the seconds that the other folds of this method will take; what other methods will, nobody knows."""
+    display.update(before + done, total, name if left is None else f"{name}, {left:.0f} s left of it")
 
 
 def _scored(
     key: str, name: str, rival: Rival, demonstrations: Demonstrations, mdp: TabularMDP, fold: Ints, seed: int,
-    interrupt: Interrupt, step: Callable[[int], None],
+    interrupt: Interrupt, step: Callable[..., None],
 ) -> Compared:  # fmt: skip
     """One method over all folds. Raises ``StoppedError`` where Ctrl-C came between."""
     table = np.full((demonstrations.n_observations, mdp.n_actions), np.nan)
     fits: list[Fitted] = []
     seconds = 0.0
-    for j in range(int(fold.max()) + 1):
+    folds = int(fold.max()) + 1
+    step(0)
+    for j in range(folds):
         if interrupt.requested:
             raise StoppedError("stopped")
         begin = time.monotonic()
@@ -210,7 +228,7 @@ def _scored(
         rows = np.isin(demonstrations.trajectory, left_out)
         asked = some_trajectories(demonstrations, left_out)
         table[rows] = check_foretold(name, fits[-1].foretell(asked), (int(rows.sum()), mdp.n_actions))
-        step(j + 1)
+        step(j + 1, seconds / (j + 1) * (folds - j - 1))
     log_taken, loss = _decisions(table, demonstrations)
     sums = [np.add.reduceat(values, demonstrations.offset[:-1]) for values in (log_taken, loss)]
     return Compared(

@@ -12,6 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from subgoal.answers.filtering import filtering
 from subgoal.answers.predictions import policies_of, predict_mixture
+from subgoal.answers.subgoals import subgoals
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.apprenticeship import apprenticeship
 from subgoal.irl.bayesian import bayesian_irl
@@ -34,11 +35,12 @@ from subgoal.runtime.errors import InputError
 Foretold = Callable[[Demonstrations], Floats]
 """From N pairs, of which only states and earlier actions may be looked at, to (N, A) probabilities of the action."""
 LEAST_ERROR = 1e-4
+ROUNDING = 1e-9
 SAMPLING: dict[str, Any] = {"draws": 300, "warmup": 300, "thin": 2}
 REWARD_PRIOR, REWARD_STEP, L2 = Gaussian(2.0), 1.0, 0.1
 """In nats of action values: of Bayesian and of maximum entropy IRL, one reward for each state."""
-COUNTED = 0.05
-"""Share of the observations from which a subgoal is counted."""
+NEAR = 2.0
+"""Places within so many steps of the world are one subgoal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +82,7 @@ def second_order(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> 
 def subgoal_mixture(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
     """BNIRL (thesis 4), exchangeable."""
     posterior = _quietly(bnirl, demonstrations, mdp, seed=seed, **SAMPLING)
-    return _by_subgoals(posterior, lambda asked: predict_mixture(posterior, asked.states))
+    return _by_subgoals(posterior, mdp, lambda asked: predict_mixture(posterior, asked.states))
 
 
 def lasting_subgoals(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
@@ -97,13 +99,27 @@ def lasting_subgoals(demonstrations: Demonstrations, mdp: TabularMDP, seed: int)
         table = np.einsum("nag,ng->na", policies[row], before / before.sum(axis=1, keepdims=True))
         return np.asarray(table / table.sum(axis=1, keepdims=True))
 
-    return _by_subgoals(posterior, foretell)
+    return _by_subgoals(posterior, mdp, foretell)
 
 
 def lasting_posterior(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Posterior:
     """The fit of ``lasting_subgoals``."""
     posterior: Posterior = _quietly(bnirl, demonstrations, mdp, seed=seed, model=Persistent(), **SAMPLING)
     return posterior
+
+
+def merge_radius(demonstrations: Demonstrations, mdp: TabularMDP) -> float:
+    """Twice the shortest step of the world, in units of the coordinates: on a grid, two cells. 0 without coordinates.
+
+    Within it neighbouring states are counted, and shown, as one subgoal.
+    """
+    places = demonstrations.coordinates
+    if places is None:
+        return 0.0
+    after = mdp.matrix.tocoo()
+    steps = np.linalg.norm(places[after.row // mdp.n_actions] - places[after.col], axis=1)
+    moved = steps[steps > 0]
+    return float(NEAR * (1 + ROUNDING) * moved.min()) if moved.size else 0.0
 
 
 def bayesian(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
@@ -189,9 +205,9 @@ def _by_state(policy: Floats, size: float, unit: str, *, converged: bool = True,
     return Fitted(lambda asked: np.asarray(policy[asked.states]), size, unit, converged, notes)
 
 
-def _by_subgoals(posterior: Posterior, foretell: Foretold) -> Fitted:
-    count = int((posterior.expected_shares >= COUNTED).sum())
-    return Fitted(foretell, count, "subgoals", posterior.status is Status.CONVERGED)
+def _by_subgoals(posterior: Posterior, mdp: TabularMDP, foretell: Foretold) -> Fitted:
+    found = subgoals(posterior, merge_radius=merge_radius(posterior.demonstrations, mdp))
+    return Fitted(foretell, found.n_subgoals, "subgoals", posterior.status is Status.CONVERGED)
 
 
 def _counted_cells(demonstrations: Demonstrations) -> int:

@@ -55,10 +55,11 @@ class Noted:
 
 
 class Lines:
-    """A plain line every ten seconds, for logs."""
+    """A plain line every ten seconds, for logs; unless ``even``, steps take unlike times and foretell no time left."""
 
-    def __init__(self, what: str) -> None:
+    def __init__(self, what: str, *, even: bool = True) -> None:
         self._what, self._begin, self._last = what, time.monotonic(), time.monotonic()
+        self._even = even
         self._first: int | None = None
 
     def __enter__(self) -> Lines:
@@ -76,20 +77,22 @@ class Lines:
             return
         self._last = now
         rate = max(done - self._first, 1) / (now - self._begin)
-        print(f"{self._what}: {done}/{total}, {rate:.0f}/s, {(total - done) / rate:.0f} s left {note}", file=sys.stderr)
+        pace = f", {rate:.0f}/s, {(total - done) / rate:.0f} s left" if self._even else ""
+        print(f"{self._what}: {done}/{total}{pace} {note}", file=sys.stderr)
 
 
 class Bar:
-    """A bar with rate and time left, on a terminal."""
+    """A bar with rate and time left, on a terminal; unless ``even``, with the time it has taken."""
 
-    def __init__(self, what: str) -> None:
+    def __init__(self, what: str, *, even: bool = True) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
         from rich.progress import Progress as RichProgress
 
+        clock = (TextColumn("{task.fields[rate]}"), TimeRemainingColumn()) if even else (TimeElapsedColumn(),)
         columns = (
-            TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
-            TimeRemainingColumn(), TextColumn("{task.fields[note]}"),
+            TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), *clock,
+            TextColumn("{task.fields[note]}"),
         )  # fmt: skip
         self._display = RichProgress(*columns, console=Console(stderr=True), transient=True)
         self._task = self._display.add_task(what, total=None, rate="", note="")
@@ -113,8 +116,8 @@ class Bar:
         self._display.update(self._task, completed=done, total=total, rate=rate, note=note)
 
 
-def progress_display(what: str, *, quiet: bool = False) -> Progress:
-    """A bar on a terminal, lines elsewhere, nothing if ``quiet``."""
+def progress_display(what: str, *, quiet: bool = False, even: bool = True) -> Progress:
+    """A bar on a terminal, lines elsewhere, nothing if ``quiet``; with the time left where steps are ``even``."""
     if quiet:
         return Silent()
-    return Bar(what) if sys.stderr.isatty() else Lines(what)
+    return Bar(what, even=even) if sys.stderr.isatty() else Lines(what, even=even)
