@@ -7,7 +7,6 @@ from tests.planted.bug import Bug
 RANKS, WALK = "_kernels/rank_updates.py", "_kernels/policy_walk.py"
 CHAIN, BAYESIAN, FOUND = "irl/reward_walk.py", "irl/bayesian.py", "irl/reward_posterior.py"
 OF_WALK, OF_BAYESIAN = "irl/test_reward_walk.py::test_", "irl/test_bayesian.py::test_"
-COMPARE, RIVALS, OF_COMPARE = "irl/compare.py", "irl/rivals.py", "irl/test_compare.py::test_"
 REVERSIBLE = OF_WALK + "a_step_is_reversible"
 
 WALK_BUGS = [
@@ -43,20 +42,8 @@ WALK_BUGS = [
     Bug("every chain from one stream", BAYESIAN, "0), k) for k in range(chains)]",
         "0), 0) for k in range(chains)]",
         OF_BAYESIAN + "no_more_workers_and_the_same_seed_give_the_same_draws"),
-    Bug("methods are scored on what they have seen", COMPARE, "np.flatnonzero(fold != j)", "np.flatnonzero(fold != -1)",
-        OF_COMPARE + "floors_are_those_by_hand"),
-    Bug("one of several likeliest actions is right", COMPARE, "1 - best[rows, actions] / best.sum(axis=1)",
-        "1.0 - best[rows, actions]", OF_COMPARE + "floors_are_those_by_hand"),
-    Bug("the second-order chain runs from one trajectory into the next", RIVALS,
-        "before[demonstrations.offset[:-1]] = mdp.n_states", "before[0] = mdp.n_states",
-        OF_COMPARE + "the_second_order_chain_is_that_by_hand"),
-    Bug("the filter has seen the action that it foretells", RIVALS,
-        "before = filtered.probability / np.maximum(taken, np.finfo(float).tiny)",
-        "before = filtered.probability / np.maximum(1.0 + 0 * taken, np.finfo(float).tiny)",
-        OF_COMPARE + "a_filter_never_looks_at_the_action_it_foretells"),
-    Bug("the share of errors is that of the pairs", RIVALS, "(1 - share) * own + share * even",
-        "(1 - share) * own + share",
-        OF_COMPARE + "the_share_of_errors_is_the_likeliest"),
-    Bug("numbers above one are probabilities", COMPARE, "(np.abs(table.sum(axis=1) - 1) <= CLOSE)",
-        "(table.sum(axis=1) >= 0)", OF_COMPARE + "what_is_no_probability_cannot_win[<lambda>-sum to 5]"),
+    Bug("chains that never moved have converged", BAYESIAN, "and not accepted.all()", "and False",
+        OF_BAYESIAN + "chains_that_never_moved_have_not_converged"),
+    Bug("chains that hardly move say nothing", BAYESIAN, "if least < LEAST_ACCEPTED:", "if False:",
+        OF_BAYESIAN + "a_chain_that_hardly_moves_says_what_to_try"),
 ]  # fmt: skip
