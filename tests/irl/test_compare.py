@@ -181,12 +181,12 @@ def test_what_ctrl_c_came_before_is_named() -> None:
 
 
 def test_neighbouring_cells_are_counted_as_one_subgoal(monkeypatch) -> None:
-    """Within two cells; three candidates, two of them side by side, are two subgoals."""
+    """Within 3.5 cells; three candidates, two of them side by side, are two subgoals."""
     places = np.empty((GRID.n_states, 2))
     for x, y in np.ndindex(5, 5):
         places[GRID.state(x, y)] = 0.5 * x, 0.5 * y
     demos = replace(DEMOS, coordinates=places, names=("x", "y"))
-    assert merge_radius(demos, GRID.mdp) == pytest.approx(1.0)
+    assert merge_radius(demos, GRID.mdp) == pytest.approx(5 * 0.5 / np.sqrt(2))
     assert merge_radius(DEMOS, GRID.mdp) == 0
     cells = [int(GRID.state(x, 0)) for x in (0, 1, 4)]
     held = np.repeat([[0, 1, 2]], [36, 30, 30], axis=1)

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from subgoal.answers.filtering import filtering
 from subgoal.answers.predictions import policies_of, predict_mixture
-from subgoal.answers.subgoals import subgoals
+from subgoal.answers.subgoals import MERGE_RADII, subgoals
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.apprenticeship import apprenticeship
 from subgoal.irl.bayesian import bayesian_irl
@@ -35,12 +35,11 @@ from subgoal.runtime.errors import InputError
 Foretold = Callable[[Demonstrations], Floats]
 """From N pairs, of which only states and earlier actions may be looked at, to (N, A) probabilities of the action."""
 LEAST_ERROR = 1e-4
-ROUNDING = 1e-9
 SAMPLING: dict[str, Any] = {"draws": 300, "warmup": 300, "thin": 2}
 REWARD_PRIOR, REWARD_STEP, L2 = Gaussian(2.0), 1.0, 0.1
 """In nats of action values: of Bayesian and of maximum entropy IRL, one reward for each state."""
-NEAR = 2.0
-"""Places within so many steps of the world are one subgoal."""
+HALF_DIAGONAL = 2**-0.5
+"""Of a square of side one: no place in a cell is further from its centre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +108,10 @@ def lasting_posterior(demonstrations: Demonstrations, mdp: TabularMDP, seed: int
 
 
 def merge_radius(demonstrations: Demonstrations, mdp: TabularMDP) -> float:
-    """Twice the shortest step of the world, in units of the coordinates: on a grid, two cells. 0 without coordinates.
+    """Within which states are counted, and shown, as one subgoal, in units of the coordinates; 0 without these.
 
-    Within it neighbouring states are counted, and shown, as one subgoal.
+    As for the places of ``subgoal.learn``, 5 times the distance within which every position has a candidate: of square
+    cells, whose side is the shortest step of the world, half the diagonal. On a grid these are 3.5 cells.
     """
     places = demonstrations.coordinates
     if places is None:
@@ -119,7 +119,7 @@ def merge_radius(demonstrations: Demonstrations, mdp: TabularMDP) -> float:
     after = mdp.matrix.tocoo()
     steps = np.linalg.norm(places[after.row // mdp.n_actions] - places[after.col], axis=1)
     moved = steps[steps > 0]
-    return float(NEAR * (1 + ROUNDING) * moved.min()) if moved.size else 0.0
+    return float(MERGE_RADII * HALF_DIAGONAL * moved.min()) if moved.size else 0.0
 
 
 def bayesian(demonstrations: Demonstrations, mdp: TabularMDP, seed: int) -> Fitted:
