@@ -122,6 +122,7 @@ def test_a_chain_too_short_says_so() -> None:
     assert fitted(chains=1).status is Status.FEW_CHAINS
 
 
+@pytest.mark.filterwarnings("ignore:NOT CONVERGED")
 def test_a_chain_that_hardly_moves_says_what_to_try() -> None:
     """Steps of 50 under a normal law of scale 1: not one is accepted, and all chains agree."""
     one = {"prior": Gaussian(1.0), "step": 50.0, "relevance": [1.0, 0.0, 0.0, 0.0]}
