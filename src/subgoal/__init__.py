@@ -58,6 +58,7 @@ _ROOMS = {
     "evidence": "answers.evidence",
     "sensitivity": "irl.sensitivity",
     "single_reward": "single_reward",
+    "sharded": "sharded",
     "options": "options",
     "checks": "checks",
 }

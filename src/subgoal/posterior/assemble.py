@@ -33,13 +33,13 @@ def assemble(
     joint, fit = traces["log_joint"][:, kept], traces.pop("log_likelihood")
     if not joint.size:
         raise StoppedError("stopped during the warm-up: there are no draws yet to give")
-    counts = _count_draws([record.count_rows for record in records])
+    counts = count_draws([record.count_rows for record in records])
     redraws = [rows for record in records if (rows := record.redraw_rows) is not None]
     n, places = likelihood.n_observations, likelihood.candidates.n_candidates
     parameters = _parameters(records)
     mean = np.empty(0) if noise is None else np.atleast_1d(parameters[noise.name].mean(axis=(0, 1)))
     at_mean: Any = likelihood if noise is None else noise.table(mean)
-    summaries = _summaries(counts, joint, traces["n_active"][:, kept], n)
+    summaries = label_free(counts, joint, traces["n_active"][:, kept], n)
     if likelihood.background:
         background = counts.by_group(np.arange(likelihood.n_candidates) - places, 1)
         summaries["background"] = background.reshape(joint.shape) / n
@@ -68,7 +68,7 @@ def assemble(
         uninformative=np.asarray(likelihood.source.uninformative),
         seconds=seconds,
         parameters=parameters,
-        redraws=_count_draws(redraws) if redraws else None,
+        redraws=count_draws(redraws) if redraws else None,
         likelihood=at_mean,
     )
 
@@ -84,12 +84,13 @@ def _parameters(records: Sequence[ChainRecord]) -> dict[str, NDArray[Any]]:
     return {name: np.stack([one[name] for one in each]) for name in each[0]}
 
 
-def _count_draws(parts: Sequence[tuple[Ints, Ints, Ints]]) -> CountDraws:
+def count_draws(parts: Sequence[tuple[Ints, Ints, Ints]]) -> CountDraws:
+    """The draws of all chains, one after the other, from the sizes, candidates and counts of each."""
     sizes, candidates, counts = (np.concatenate(part) for part in zip(*parts, strict=True))
     return CountDraws(np.concatenate([[0], np.cumsum(sizes)]), candidates, counts)
 
 
-def _summaries(counts: CountDraws, joint: Floats, n_active: Floats, n: int) -> dict[str, Floats]:
+def label_free(counts: CountDraws, joint: Floats, n_active: Floats, n: int) -> dict[str, Floats]:
     """Label-invariant summaries (chain, draw): log joint, K, and the largest shares in falling order."""
     largest = counts.largest(LARGEST_SHARES) / n
     shares = {f"share {rank + 1}": largest[:, rank].reshape(joint.shape) for rank in range(LARGEST_SHARES)}

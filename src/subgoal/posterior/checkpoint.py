@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from subgoal.posterior.chains import ChainRecord
 from subgoal.posterior.posterior import Settings
 from subgoal.runtime.errors import InputError, StorageError
 from subgoal.storage.archive import previous, read_archive, write_archive
@@ -21,6 +23,18 @@ LARGEST_COST = 0.02
 """Share of the run time that writing checkpoints may take."""
 
 
+class Resumable(Protocol):
+    """A chain that can be put into arrays and its generator, and taken out again."""
+
+    generator: np.random.Generator
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Everything but the generator."""
+
+    def restore(self, held: Mapping[str, NDArray[Any]]) -> None:
+        """Take the place of the chain whose ``arrays`` these are."""
+
+
 class Checkpoint:
     """Writes the chains to one file now and then; the cost stays below 2 % of the run."""
 
@@ -30,7 +44,7 @@ class Checkpoint:
         self._path, self._settings = path, settings
         self._due = time.monotonic() + EVERY
 
-    def write_if_due(self, records: list[ChainRecord]) -> None:
+    def write_if_due(self, records: Sequence[Resumable]) -> None:
         """Write when the last one is old enough."""
         if time.monotonic() >= self._due:
             begin = time.monotonic()
@@ -41,14 +55,14 @@ class Checkpoint:
             end = time.monotonic()
             self._due = end + max(EVERY, (end - begin) / LARGEST_COST)
 
-    def write(self, records: list[ChainRecord]) -> None:
+    def write(self, records: Sequence[Resumable]) -> None:
         """Write now."""
         arrays = {f"{k}/{name}": array for k, record in enumerate(records) for name, array in record.arrays().items()}
         generators = [record.generator.bit_generator.state for record in records]
         header = {"settings": asdict(self._settings), "generators": generators}
         write_archive(self._path, KIND, header, arrays, keep_previous=True)
 
-    def restore(self, records: list[ChainRecord]) -> str | None:
+    def restore(self, records: Sequence[Resumable]) -> str | None:
         """Bring the chains to where the newest whole checkpoint left them; a word on a torn one that was passed over.
 
         Raises ``StorageError`` when no whole checkpoint is there, or it belongs to other settings or data.

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
-import threading
 import time
 from collections.abc import Sequence
 
@@ -17,6 +14,7 @@ from subgoal.posterior.memory import refuse_growth
 from subgoal.posterior.posterior import Settings
 from subgoal.runtime.checks import Bools
 from subgoal.runtime.executor import run_all
+from subgoal.runtime.interrupt import leave_to_parent
 
 ROUND_SECONDS = {"threading": 0.4}
 OTHER_ROUND_SECONDS = 4.0
@@ -77,6 +75,5 @@ class Rounds:
 
 def advance_chain(sampler: Sampler, chain: Chain, keep: Bools) -> tuple[Stretch, np.random.Generator]:
     """One chain's part of a round; a worker process leaves Ctrl-C to the process that gave it the work."""
-    if multiprocessing.parent_process() is not None and threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_to_parent()
     return sampler(chain, keep), chain.generator

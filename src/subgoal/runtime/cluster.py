@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
@@ -44,6 +46,27 @@ def connect(address: str, *, timeout: float = PATIENCE) -> Any:
         said = f"no answer within {seconds:g} s" if answer is None else f"an answer of another kind ({answer})"
         raise ClusterError("Dask scheduler", where=place, found=said, wanted="one that answers", hint=HINT)
     return distributed.Client(place, timeout=seconds)
+
+
+@contextmanager
+def workers_of(client: Any = None) -> Iterator[int]:
+    """How many threads the cluster of ``client`` has, while it is the current one; None: the one that is connected.
+
+    Raises ``InputError`` where none is connected and ``ClusterError`` for a cluster without workers.
+    """
+    if client is None:
+        try:
+            client = import_module("distributed").get_client()
+        except ImportError:
+            raise MissingExtraError("distributed", "dask") from None
+        except ValueError as problem:
+            raise InputError("client", found=str(problem), wanted="a connected Dask client",
+                             hint="connect(address) before sampling") from None  # fmt: skip
+    threads = sum(client.nthreads().values())
+    if not threads:
+        raise ClusterError("Dask cluster", found="no workers", wanted="at least one", hint=HINT)
+    with client.as_current():
+        yield threads
 
 
 def _identity(address: str, seconds: float) -> str | None:

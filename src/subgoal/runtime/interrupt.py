@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import signal
 import threading
 from types import FrameType
@@ -34,3 +35,9 @@ class Interrupt:
         outer = getattr(self._usual, "__self__", None)
         if isinstance(outer, Interrupt) and not outer.requested:
             outer._handle(number, frame)
+
+
+def leave_to_parent() -> None:
+    """In a worker process: Ctrl-C is the affair of the process that gave it the work."""
+    if multiprocessing.parent_process() is not None and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
