@@ -91,7 +91,7 @@ def test_arguments_in_the_wrong_place_are_told() -> None:
     demos, grid = Demonstrations.from_arrays(STATES, ACTIONS), world(0)
     for given, match in (
         ((grid.mdp, demos), "demonstrations: found TabularMDP"),
-        ((demos, grid), r"GridWorld.*Try: world\.mdp"),
+        ((demos, grid.free), r"mdp: found ndarray, wanted a TabularMDP, GridWorld"),
     ):
         with pytest.raises(InputError, match=match):
             bnirl(*given)

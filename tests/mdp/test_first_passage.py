@@ -254,7 +254,7 @@ def test_groups_hold_every_goal_once_and_near_ones_together() -> None:
 
 def test_compiled_loops_equal_their_python_forms() -> None:
     mdp, _ = world(5, 0.9, n_states=25, n_actions=3, illegal=True, terminal=1)
-    rows = (mdp.offset, mdp.successor, mdp.probability, 3, 0.9)
+    rows = (mdp.offset, mdp.successor, mdp.probability, 3, 0.9, np.arange(mdp.n_states))
     compressed = loops.compress_rows(*rows)
     for ours, theirs in zip(compressed, loops.compress_rows.py_func(*rows), strict=True):
         np.testing.assert_array_equal(ours, theirs)
@@ -277,5 +277,5 @@ def test_compiled_loops_equal_their_python_forms() -> None:
     np.testing.assert_allclose(values[0], values[1], rtol=1e-13)
     out = np.empty((2, 2, 3, 3))
     for made, action_rows in zip(out, (loops.action_rows, loops.action_rows.py_func), strict=True):
-        action_rows(goals[:2], *rows, values[0], made)
+        action_rows(goals[:2], *rows[:5], values[0], made)
     np.testing.assert_allclose(out[0], out[1], rtol=1e-13)

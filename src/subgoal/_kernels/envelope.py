@@ -107,9 +107,8 @@ def greedy_row(s, lane, state_edge, row_edge, to, weight, gain, reward, value):
         total = gain[r] * reward[s]
         for k in range(row_edge[r], row_edge[r + 1]):
             total += weight[k] * value[to[k], lane]
-        if chosen < 0 or total > best:
-            if total > 0.0 or reward[s] != 0.0:
-                best, chosen = total, r
+        if total > best or (chosen < 0 and reward[s] != 0.0):
+            best, chosen = total, r
     return chosen
 
 

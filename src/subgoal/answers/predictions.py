@@ -10,10 +10,9 @@ from scipy.special import log_softmax, logsumexp
 
 from subgoal.answers.subgoals import LISTED_FROM
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.likelihood.planned_actions import PlannedActions, refuse_large_plan
+from subgoal.likelihood.planned_actions import PlannedActions
 from subgoal.likelihood.source import Levels
-from subgoal.mdp.planners.first_passage import plan_subgoals
-from subgoal.mdp.tabular import check_states
+from subgoal.mdp.local_world import local_world
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats, Ints, positive, whole
 from subgoal.runtime.errors import InputError
@@ -173,16 +172,11 @@ def _log_policies(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
     """As ``policies_of``, log π_g(a | s)."""
     source = planned_source(posterior)
     here, row = np.unique(_checked(source, states), return_inverse=True)
-    over = source.mdp.terminal[here]
+    above: Floats = source.planned_at(here).action_values
+    over = ~np.isfinite(above).any(axis=(1, 2))
     if over.any():
         found = f"terminal state {here[np.argmax(over)]}"
         raise InputError("states", found=found, wanted="states in which an action can be taken")
-    refuse_large_plan(here.size, source.mdp.n_actions, posterior.candidates.n_candidates)
-    plan = plan_subgoals(
-        source.mdp, posterior.candidates.goal_sets, states=here, convention=source.plan.convention,
-        tolerance=source.plan.tolerance, allow_unconverged=True,
-    )  # fmt: skip
-    above: Floats = plan.action_values
     above -= above.max(axis=1, keepdims=True)
     law: Any = posterior.likelihood.confidence if posterior.likelihood is not None else posterior.confidence
     if not isinstance(law, Levels):
@@ -193,7 +187,7 @@ def _log_policies(posterior: Posterior, states: Any) -> tuple[Floats, Ints]:
 
 def _checked(source: PlannedActions, states: Any) -> Ints:
     """(M,) existing states; one number is one state."""
-    checked = np.atleast_1d(check_states("states", states, source.mdp.n_states))
+    checked = np.atleast_1d(local_world(source.mdp).check("states", states))
     if checked.ndim != 1 or not checked.size:
         raise InputError("states", found=f"shape {checked.shape}", wanted="(M,), one at least")
     return checked

@@ -62,7 +62,7 @@ def _some(count: int, most: int) -> Ints:
 def _over_actions(likelihood: LogLikelihood, source: PlannedActions) -> Iterator[Floats]:
     """Sums over the legal actions of observed states."""
     for row in _some(source.plan.states.size, STATES).tolist():
-        legal = np.flatnonzero(source.mdp.available[source.plan.states[row]])
+        legal = np.flatnonzero(source.legal[row])
         each = np.arange(legal.size)
         asked = replace(source, pair=each, state_row=np.full(legal.size, row), action=legal)
         yield np.exp(replace(likelihood, source=asked).rows(0, legal.size)).sum(axis=0)

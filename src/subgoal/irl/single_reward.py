@@ -11,7 +11,7 @@ from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import checked_pairs
 from subgoal.mdp.planners.flow import Flow
 from subgoal.mdp.planners.policy import uniform_policy
-from subgoal.mdp.tabular import TabularMDP, check_states
+from subgoal.mdp.tabular import TabularMDP, check_states, check_world
 from subgoal.partition.outcome import Outcome
 from subgoal.runtime.checks import Floats, Ints, real_array
 from subgoal.runtime.errors import InputError
@@ -104,6 +104,7 @@ def shown(demonstrations: Demonstrations, mdp: TabularMDP) -> Shown:
     Raises ``InputError`` for no pairs, for states and actions that the world does not have, and for a step from one
     pair to the next that is impossible in it, naming the observation.
     """
+    check_world(mdp)
     states, actions = checked_pairs(demonstrations, mdp)
     if not states.size:
         raise InputError("demonstrations", found="no observations", wanted="one at least")

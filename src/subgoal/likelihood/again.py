@@ -13,10 +13,9 @@ import numpy as np
 
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.action_comparison import SLOW
-from subgoal.likelihood.planned_actions import PlannedActions, checked_pairs, planned_actions, refuse_large_plan
+from subgoal.likelihood.planned_actions import PlannedActions, checked_pairs, planned_actions
 from subgoal.likelihood.sources import ControllerActions, Directions, Pace
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.runtime.errors import InputError
 
 
@@ -32,7 +31,7 @@ def same_likelihood(likelihood: LogLikelihood, demonstrations: Demonstrations) -
         raise _cannot(likelihood)
     fresh = planned_actions(
         demonstrations, likelihood.candidates, source.mdp, convention=source.plan.convention,
-        tolerance=source.plan.tolerance,
+        tolerance=source.plan.tolerance, planner=source.planner,
     )  # fmt: skip
     return replace(fresh, confidence=likelihood.confidence, background=likelihood.background)
 
@@ -89,7 +88,7 @@ class Steps:
         if self._pace is not None:
             return _compared(self._likelihood, one, self._pace)
         states, actions = checked_pairs(one, self._everywhere.mdp)
-        single = self._everywhere.mdp.available[states].sum(axis=1) == 1
+        single = self._everywhere.table.available[states].sum(axis=1) == 1
         zero = np.zeros(1, np.int64)
         source = replace(self._everywhere, pair=zero, state_row=states, action=actions, uninformative=single)
         return replace(self._likelihood, source=source, demonstrations=one, weight=None)
@@ -97,13 +96,10 @@ class Steps:
 
 def _planned_everywhere(source: PlannedActions) -> PlannedActions:
     """The same plan with the action values of all states kept."""
-    mdp, every = source.mdp, np.arange(source.mdp.n_states)
-    refuse_large_plan(every.size, mdp.n_actions, len(source.goal_sets))
-    plan = plan_subgoals(
-        mdp, source.goal_sets, states=every, convention=source.plan.convention, tolerance=source.plan.tolerance
-    )
+    every = np.arange(source.table.n_states)
+    plan = source.planned_at(every)
     at_goal = np.stack([np.isin(every, members) for members in source.goal_sets], axis=1)
-    return replace(source, plan=plan, at_goal=at_goal)
+    return replace(source, plan=plan, legal=source.table.available, at_goal=at_goal)
 
 
 def _cannot(likelihood: LogLikelihood) -> InputError:

@@ -14,18 +14,23 @@ from subgoal._kernels.softmax import softmax_tile
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.assigned import ActionValues
+from subgoal.likelihood.planners import Planner, plans_exactly, world_and_planner
 from subgoal.likelihood.source import Confidence
 from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
+from subgoal.mdp.local_world import LocalWorld, local_world
 from subgoal.mdp.planners.first_passage import plan_subgoals
+from subgoal.mdp.planners.outcome import PlanningWarning, PlanStatus
 from subgoal.mdp.planners.subgoal_plan import Convention, SubgoalPlan
-from subgoal.mdp.tabular import TabularMDP, check_states, check_world
-from subgoal.runtime.checks import Floats, Ints
+from subgoal.mdp.tabular import TabularMDP
+from subgoal.runtime.checks import Floats, Ints, positive
 from subgoal.runtime.errors import BudgetError, InputError
 from subgoal.runtime.progress import Progress
 
 DEFAULT_CONFIDENCE = 10.0
 LARGEST_PLAN = 2**32
 """Bytes that action values may take."""
+NATS = 0.01
+"""Largest error of a log probability that planning in an envelope aims at."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -37,7 +42,11 @@ class PlannedActions:
     plan:
         Values and action values at the U different states that were observed.
     mdp:
-        The world they were planned in.
+        The world they were planned in: a ``TabularMDP``, or a ``LocalWorld``.
+    planner:
+        What planned in it: ``plan_subgoals`` or ``rtdp_subgoals``, with its settings.
+    legal:
+        (U, A) which actions are available in the observed states.
     pair, state_row, action:
         (N,) which different pair each observation is; (P,) row of the plan and action of each pair.
     goal_sets:
@@ -49,7 +58,9 @@ class PlannedActions:
     """
 
     plan: SubgoalPlan
-    mdp: TabularMDP
+    mdp: TabularMDP | LocalWorld
+    planner: Planner
+    legal: NDArray[np.bool_]
     pair: Ints
     state_row: Ints
     action: Ints
@@ -78,8 +89,7 @@ class PlannedActions:
 
     def log_flat(self, start: int, stop: int) -> Floats:
         """All legal actions alike."""
-        legal = self.mdp.available[self.plan.states[self.rows[start:stop]]]
-        return np.asarray(-np.log(legal.sum(axis=1)))
+        return np.asarray(-np.log(self.legal[self.rows[start:stop]].sum(axis=1)))
 
     def assigned(self, theta: Ints) -> ActionValues:
         """Action values of each observation's candidate."""
@@ -97,11 +107,32 @@ class PlannedActions:
 
     @cached_property
     def optimal(self) -> NDArray[np.bool_]:
-        """(U, A, G) the best actions at the observed states for each candidate, planned for when first asked."""
+        """(U, A, G) the best actions at the observed states for each candidate, planned for when first asked.
+
+        Where planning gave bounds, those that may be the best for all that these say.
+        """
+        if self.plan.half_gap is not None or not isinstance(self.mdp, TabularMDP):
+            return self.plan.optimal
         return plan_subgoals(
             self.mdp, self.goal_sets, states=self.plan.states, convention=self.plan.convention, relative=True,
             allow_unconverged=True,
         ).optimal  # fmt: skip
+
+    def planned_at(self, states: Ints) -> SubgoalPlan:
+        """The same plan with action values of other states (U',)."""
+        refuse_large_plan(states.size, self.mdp.n_actions, len(self.goal_sets))
+        return self.planner(
+            self.mdp, self.goal_sets, states=states, convention=self.plan.convention, tolerance=self.plan.tolerance,
+            allow_unconverged=True,
+        )  # fmt: skip
+
+    @property
+    def table(self) -> TabularMDP:
+        """The world as a table. Raises ``InputError`` where it was too large to be written down."""
+        if not isinstance(self.mdp, TabularMDP):
+            raise InputError("world", found=f"{self.mdp!r}, planned for in part", wanted="a TabularMDP",
+                             hint="planned_actions(..., world.mdp) where that fits into memory")  # fmt: skip
+        return self.mdp
 
     @property
     def rows(self) -> Ints:
@@ -117,20 +148,28 @@ class PlannedActions:
         """No log probability is further from the exact one than this: 2α times the error of the action values."""
         return 2 * confidence * self.plan.error_bound
 
+    def total_error(self, confidence: float) -> float:
+        """No log likelihood of an assignment of all observations is further from the exact one than this."""
+        gap = self.plan.half_gap
+        if gap is None:
+            return self.rows.size * self.largest_error(confidence)
+        return float(2 * confidence * gap.max(axis=1)[self.rows].sum())
+
 
 def planned_actions(
     demonstrations: Demonstrations,
     candidates: Candidates,
-    mdp: TabularMDP,
+    mdp: TabularMDP | LocalWorld,
     *,
     confidence: float = DEFAULT_CONFIDENCE,
     convention: Convention = "continuing",
     tolerance: float | None = None,
+    planner: Planner | None = None,
     dense_entries: int = DENSE_ENTRIES,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> LogLikelihood:
-    """The table log p(a_i | s_i, g) = α·Q*(s_i, a_i) − log Σ_a exp(α·Q*(s_i, a)), equation (4.2), with exact planning.
+    """The table log p(a_i | s_i, g) = α·Q*(s_i, a_i) − log Σ_a exp(α·Q*(s_i, a)), equation (4.2).
 
     Parameters
     ----------
@@ -139,7 +178,8 @@ def planned_actions(
     candidates:
         G states or sets of states (``goal_sets``).
     mdp:
-        The world: S states, A actions, discount γ. Illegal actions have no part in the sum.
+        The world: a ``TabularMDP`` of S states, A actions, discount γ; a ``GridWorld``; or a world that is too large to
+        be written down, such as an ``ImplicitGrid``. Illegal actions have no part in the sum.
     confidence:
         α, in nats per unit of the goal's reward c = 1: only the product α·c matters (thesis 4.1, 4.2).
     convention:
@@ -147,7 +187,12 @@ def planned_actions(
         values are smaller by the factor V*(g)/c, which is 1/(1 − γ) where the goal can be held, so α must be larger by
         it for the same table.
     tolerance:
-        Largest error of an action value, as in ``plan_subgoals``.
+        Largest error of an action value. Default: as in ``plan_subgoals``; where planning is by real-time dynamic
+        programming, 0.01/(2α), so that no log probability is wrong by more than 0.01 nats.
+    planner:
+        ``subgoal.mdp.plan_subgoals`` (exact, the whole world) or ``subgoal.mdp.rtdp_subgoals`` (an envelope around the
+        demonstrations, with a bound), or either with settings of its own through ``functools.partial``. None: the
+        first for tables and for grids of up to 50,000 cells, the second for all others.
     dense_entries:
         Above this N·G the table is computed in tiles and never held whole; the draws are the same.
     workers, progress:
@@ -157,7 +202,12 @@ def planned_actions(
     -----
     Where a candidate cannot be reached from a state, whatever is done, all actions are equally good and the density is
     uniform over the legal ones; how many pairs of observation and candidate this concerns is noted in the source of the
-    demonstrations. Memory: 8·U·(A + 1)·G bytes for U different observed states.
+    demonstrations, and so are the planner and its error. Memory: 8·U·(A + 1)·G bytes for U different observed states.
+
+    Warns
+    -----
+    PlanningWarning
+        The error bound is above the tolerance: an envelope had reached its largest size.
 
     Raises
     ------
@@ -167,8 +217,10 @@ def planned_actions(
     BudgetError
         The action values would need more than 4 GiB.
     PlanningError
-        The tolerance was not reached.
+        Exact planning did not reach the tolerance.
     """
+    check_demonstrations(demonstrations)
+    mdp, planner = world_and_planner(mdp, planner)
     states, actions = checked_pairs(demonstrations, mdp)
     given: Any = candidates
     if not isinstance(given, Candidates) or given.goal_sets is None:
@@ -177,21 +229,43 @@ def planned_actions(
                          hint="subgoal.visited(demonstrations), or Candidates.from_states(states)")  # fmt: skip
     here, row = np.unique(states, return_inverse=True)
     refuse_large_plan(here.size, mdp.n_actions, candidates.n_candidates)
-    plan = plan_subgoals(
+    if tolerance is None and not plans_exactly(planner):
+        tolerance = NATS / (2 * positive("confidence", confidence))
+    plan = planner(
         mdp, candidates.goal_sets, states=here, convention=convention, tolerance=tolerance, workers=workers,
         progress=progress,
     )  # fmt: skip
+    legal = np.isfinite(plan.action_values).any(axis=2)
     code, pair = np.unique(row * mdp.n_actions + actions, return_inverse=True)
     at_goal = np.stack([np.isin(here, members) for members in candidates.goal_sets], axis=1)
-    single = mdp.available.sum(axis=1)[states] == 1
+    single = legal.sum(axis=1)[row] == 1
     source = PlannedActions(
-        plan, mdp, pair, code // mdp.n_actions, code % mdp.n_actions, candidates.goal_sets, at_goal, single
-    )
+        plan, mdp, planner, legal, pair, code // mdp.n_actions, code % mdp.n_actions, candidates.goal_sets, at_goal,
+        single,
+    )  # fmt: skip
     noted = demonstrations.source.noting(
         observations_with_one_legal_action=int(single.sum()),
         pairs_of_observation_and_candidate_out_of_reach=int(plan.unreachable[row].sum()),
+        **_planning_notes(source, confidence),
     )
     return LogLikelihood(source, confidence, candidates, replace(demonstrations, source=noted), dense_entries)
+
+
+def _planning_notes(source: PlannedActions, confidence: float) -> dict[str, Any]:
+    """Which planner was used and how wrong it may be; a warning where that is more than was asked for."""
+    plan = source.plan
+    if plan.half_gap is None:
+        return {}
+    error, total = source.largest_error(confidence), source.total_error(confidence)
+    if plan.status is not PlanStatus.SOLVED:
+        told = f"{plan.status.value} (log probabilities are wrong by {error:.3g} nats at most)"
+        warnings.warn(told, PlanningWarning, stacklevel=3)
+    return {
+        "planner": f"real-time dynamic programming with bounds, {plan.n_inside} states in the largest envelope",
+        "planning": plan.status.value,
+        "largest_error_of_a_log_probability_in_nats": float(f"{error:.3g}"),
+        "largest_error_of_the_log_likelihood_in_nats": float(f"{total:.3g}"),
+    }
 
 
 def refuse_large_plan(states: int, actions: int, candidates: int) -> None:
@@ -201,24 +275,31 @@ def refuse_large_plan(states: int, actions: int, candidates: int) -> None:
         raise BudgetError("action values", needed=needed, budget=LARGEST_PLAN, hint="fewer candidates, or states")
 
 
-def checked_pairs(demonstrations: Any, mdp: Any) -> tuple[Ints, Ints]:
-    """States and actions, each of the world and legal; raises ``InputError`` naming the observation."""
+def check_demonstrations(demonstrations: Any) -> None:
+    """Raise ``InputError`` for anything but ``Demonstrations``: these come first, then the world."""
     if not isinstance(demonstrations, Demonstrations):
         found = type(demonstrations).__name__
         raise InputError("demonstrations", found=found, wanted="Demonstrations, then the world")
-    check_world(mdp)
+
+
+def checked_pairs(demonstrations: Any, mdp: Any) -> tuple[Ints, Ints]:
+    """States and actions, each of the world and legal; raises ``InputError`` naming the observation."""
+    check_demonstrations(demonstrations)
+    world = local_world(mdp)
     if not demonstrations.is_discrete or np.ndim(demonstrations.actions) != 1:
         hint = "to_cells makes cells of positions"
         raise InputError("demonstrations", found="real numbers", wanted="states and actions (N,) integers", hint=hint)
-    states = check_states("demonstrations.states", demonstrations.states, mdp.n_states)
+    states = world.check("demonstrations.states", demonstrations.states)
     actions = np.asarray(demonstrations.actions)
+    here, row = np.unique(states, return_inverse=True)
+    legal = (np.diff(world.rows(here).offset) > 0).reshape(here.size, world.n_actions)
     for bad, wanted in (
-        ((actions < 0) | (actions >= mdp.n_actions), f"0 to {mdp.n_actions - 1}"),
-        (~mdp.available[states, np.clip(actions, 0, mdp.n_actions - 1)], "a legal action of state {state}"),
+        ((actions < 0) | (actions >= world.n_actions), f"0 to {world.n_actions - 1}"),
+        (~legal[row, np.clip(actions, 0, world.n_actions - 1)], "a legal action of state {state}"),
     ):
         if bad.any():
             i = int(np.argmax(bad))
-            ended = ", where episodes are over" if mdp.terminal[states[i]] else ""
+            ended = "" if legal[row[i]].any() else ", where episodes are over"
             raise InputError("demonstrations.actions", where=f"observation {i}", found=int(actions[i]),
                              wanted=wanted.format(state=states[i]) + ended)  # fmt: skip
     return states, actions

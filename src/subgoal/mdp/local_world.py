@@ -13,9 +13,13 @@ from subgoal.mdp.implicit import ImplicitMDP
 from subgoal.mdp.tabular import TabularMDP, check_states, check_world
 from subgoal.runtime.checks import Floats, Ints
 from subgoal.runtime.errors import InputError
+from subgoal.storage.archive import digest_arrays
 
 Heuristic = Callable[[Ints, Ints], Floats]
 """``heuristic(states (M,), goals (G,))`` gives (M, G) upper bounds of E[γ^T], T the time it takes to get there."""
+
+
+WORLD = ("n_actions", "discount", "rows", "reach_bound", "check", "fingerprint")
 
 
 class Rows(NamedTuple):
@@ -48,6 +52,9 @@ class LocalWorld(Protocol):
 
     def check(self, what: str, states: Any) -> Ints:
         """``states`` as 64-bit numbers; raises ``InputError`` naming the index of one that does not exist."""
+
+    def fingerprint(self) -> str | None:
+        """A checksum by which the world is known again, None where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +96,13 @@ class TableWorld:
     def check(self, what: str, states: Any) -> Ints:
         """As ``LocalWorld.check``."""
         return check_states(what, states, self.mdp.n_states)
+
+    def fingerprint(self) -> str | None:
+        """Of the table; None with a heuristic, which cannot be told from others."""
+        mdp = self.mdp
+        if self.heuristic is not None:
+            return None
+        return digest_arrays(mdp.offset, mdp.successor, mdp.probability, mdp.discount, mdp.available)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +163,10 @@ class NumberedWorld:
         """As ``LocalWorld.check``; a state exists once it has a number."""
         return check_states(what, states, len(self._states))
 
+    def fingerprint(self) -> str | None:
+        """None: functions cannot be told apart."""
+        return None
+
 
 def one_step_bound(discount: float, heuristic: Heuristic | None, states: Ints, goals: Ints) -> Floats:
     """(M, G) γ where the state is not the goal and one where it is, or what the heuristic says if that is less."""
@@ -159,7 +177,7 @@ def one_step_bound(discount: float, heuristic: Heuristic | None, states: Ints, g
     if told.shape != bound.shape or not (told >= 0).all():
         found = f"shape {told.shape}" if told.shape != bound.shape else f"{told.min():g}"
         raise InputError("heuristic", found=found, wanted=f"numbers of at least 0, shape {bound.shape}")
-    return np.minimum(bound, told)
+    return np.asarray(np.minimum(bound, told))
 
 
 def local_world(world: Any) -> LocalWorld:
@@ -168,9 +186,10 @@ def local_world(world: Any) -> LocalWorld:
         return TableWorld(world)
     if isinstance(world, ImplicitMDP):
         hint = "subgoal.mdp.NumberedWorld(world), whose number(state) says what demonstrations contain"
-        raise InputError("world", found="an ImplicitMDP, whose states have no numbers", wanted="a numbered one", hint=hint)
-    if not all(hasattr(world, name) for name in ("n_actions", "discount", "rows", "reach_bound", "check")):
+        found = "an ImplicitMDP, whose states have no numbers"
+        raise InputError("mdp", found=found, wanted="a numbered one", hint=hint)
+    if not all(hasattr(world, name) for name in WORLD):
         wanted = "a TabularMDP, GridWorld, ImplicitGrid or another LocalWorld"
-        raise InputError("world", found=type(world).__name__, wanted=wanted)
+        raise InputError("mdp", found=type(world).__name__, wanted=wanted)
     told: LocalWorld = world
     return told

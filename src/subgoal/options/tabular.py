@@ -73,12 +73,12 @@ def option(posterior: Posterior, candidate: int, *, begin: str = "anywhere") -> 
     sets: Any = posterior.candidates.goal_sets
     if g >= len(sets):
         raise InputError("candidate", found=g, wanted=f"0 to {len(sets) - 1}")
-    made = goal_option(source.mdp, sets[g], name=posterior.candidates.name(g) or f"candidate {g}")
+    made = goal_option(source.table, sets[g], name=posterior.candidates.name(g) or f"candidate {g}")
     if begin == "anywhere":
         return made
     if begin != "served":
         raise InputError("begin", found=repr(begin), wanted="'anywhere' or 'served'")
-    served = np.zeros(source.mdp.n_states, bool)
+    served = np.zeros(source.table.n_states, bool)
     served[posterior.demonstrations.states[posterior.best_assignment == g]] = True
     return replace(made, initiation=served & made.initiation)
 

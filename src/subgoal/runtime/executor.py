@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from subgoal.runtime.checks import whole
@@ -26,12 +26,21 @@ def run_all(
 
     One thread is this one: nothing is started for it.
     """
+    return list(run_each(function, jobs, workers=workers, backend=backend))
+
+
+def run_each(
+    function: Callable[..., Any], jobs: Iterable[tuple[Any, ...]], *, workers: int | None, backend: str = "threading"
+) -> Iterator[Any]:
+    """As ``run_all``, each answer as soon as it and those before it are there."""
     from joblib import Parallel, delayed, parallel_config
 
     if backend not in BACKENDS:
         raise InputError("backend", found=repr(backend), wanted=", ".join(map(repr, BACKENDS)))
     if backend == "threading" and worker_count(workers) == 1:
-        return [function(*job) for job in jobs]
+        for job in jobs:
+            yield function(*job)
+        return
     try:
         config = parallel_config(backend, n_jobs=worker_count(workers))
     except ImportError:
@@ -40,4 +49,4 @@ def run_all(
         hint = "dask.distributed.Client(address) before sampling"
         raise InputError("backend", found=str(problem), wanted="a connected Dask client", hint=hint) from None
     with config:
-        return list(Parallel()(delayed(function)(*job) for job in jobs))
+        yield from Parallel(return_as="generator")(delayed(function)(*job) for job in jobs)

@@ -77,7 +77,7 @@ class Lines:
             return
         self._last = now
         rate = max(done - self._first, 1) / (now - self._begin)
-        pace = f", {rate:.0f}/s, {(total - done) / rate:.0f} s left" if self._even else ""
+        pace = f", {rate:.3g}/s, {(total - done) / rate:.0f} s left" if self._even else ""
         print(f"{self._what}: {done}/{total}{pace} {note}", file=sys.stderr)
 
 

@@ -14,6 +14,7 @@ from subgoal.mdp.local_world import Rows
 from subgoal.mdp.tabular import TabularMDP, check_discount, check_states
 from subgoal.runtime.checks import Bools, Floats, Ints, copied, frozen, real_array, whole
 from subgoal.runtime.errors import InputError
+from subgoal.storage.archive import digest_arrays
 
 COMPASS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 CLOCKWISE = np.array([(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)])
@@ -198,6 +199,11 @@ class GridWorld:
     def check(self, what: str, states: Any) -> Ints:
         """``states`` as numbers of existing states; raises ``InputError`` naming the index of another one."""
         return check_states(what, states, self.n_states)
+
+    def fingerprint(self) -> str | None:
+        """A checksum of everything that planning depends on."""
+        shape = [self.moves, self.stay, self.origin == "lower", self.cut_corners, self.discount, *self.slip]  # type: ignore[misc]
+        return digest_arrays(self.free, self.terminal, np.array(shape, float))
 
     @cached_property
     def _over(self) -> Bools:

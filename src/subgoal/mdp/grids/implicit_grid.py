@@ -17,6 +17,7 @@ from subgoal.mdp.local_world import Rows
 from subgoal.mdp.tabular import check_discount
 from subgoal.runtime.checks import Bools, Floats, Ints, copied, whole
 from subgoal.runtime.errors import InputError
+from subgoal.storage.archive import digest_arrays
 
 FreeCells = Callable[[Ints, Ints], NDArray[np.bool_]]
 
@@ -38,6 +39,8 @@ class ImplicitGrid:
         be a memory map. None: everywhere.
     moves, stay, slip, origin, cut_corners:
         As of ``GridWorld``.
+    name:
+        What stands for the function ``free`` where plans are kept by content: another function, another name.
 
     Raises
     ------
@@ -54,6 +57,7 @@ class ImplicitGrid:
     slip: Any = None
     origin: Literal["lower", "upper"] = "lower"
     cut_corners: bool = True
+    name: str = ""
 
     def __post_init__(self) -> None:
         width, height, moves = whole("width", self.width), whole("height", self.height), whole("moves", self.moves)
@@ -64,11 +68,11 @@ class ImplicitGrid:
         if self.origin not in ("lower", "upper"):
             raise InputError("origin", found=repr(self.origin), wanted="'lower' or 'upper'")
         free = self.free
-        if not (free is None or callable(free)):
-            if not isinstance(free, np.ndarray) or free.dtype != bool or free.shape != (height, width):
-                found = f"{free.dtype} of shape {free.shape}" if isinstance(free, np.ndarray) else type(free).__name__
-                wanted = f"a function of x and y, or booleans of shape {(height, width)}"
-                raise InputError("free", found=found, wanted=wanted)
+        told = free is None or callable(free)
+        if not told and not (isinstance(free, np.ndarray) and free.dtype == bool and free.shape == (height, width)):
+            found = f"{free.dtype} of shape {free.shape}" if isinstance(free, np.ndarray) else type(free).__name__
+            wanted = f"a function of x and y, or booleans of shape {(height, width)}"
+            raise InputError("free", found=found, wanted=wanted)
         checked: dict[str, Any] = {
             "width": width, "height": height, "moves": moves, "slip": turn_chances(self.slip, moves),
             "discount": check_discount(self.discount),
@@ -151,6 +155,15 @@ class ImplicitGrid:
             wanted = f"a free cell's y·{self.width} + x, below {self.width * self.height}"
             raise InputError(what, where=where, found=int(array.ravel()[i]), wanted=wanted)
         return array
+
+    def fingerprint(self) -> str | None:
+        """A checksum of everything that planning depends on; None where ``free`` is a function without a ``name``."""
+        if callable(self.free) and not self.name:
+            return None
+        walls = self.free if isinstance(self.free, np.ndarray) else np.zeros(0, bool)
+        size = [self.width, self.height, self.moves, self.stay, self.origin == "lower", self.cut_corners]
+        told = np.frombuffer(self.name.encode(), np.uint8)
+        return digest_arrays(walls, np.array([*size, self.discount, *self.slip], float), told)
 
     @cached_property
     def _travel(self) -> TravelBound:

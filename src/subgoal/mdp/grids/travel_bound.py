@@ -75,5 +75,5 @@ def _growth(steps: Floats, slip: tuple[float, ...]) -> Floats:
     moves = steps.shape[1]
     grown = np.exp(np.maximum(steps, 0.0))
     rest = sum(slip[moves:])
-    chosen = [sum(slip[k] * grown[:, (a + k) % moves] for k in range(moves)) + rest for a in range(moves)]
-    return np.asarray(np.maximum(np.max(chosen, axis=0), 1.0))
+    turned = np.stack([np.roll(grown, -a, axis=1) @ np.array(slip[:moves]) for a in range(moves)])
+    return np.asarray(np.maximum(turned.max(axis=0) + rest, 1.0))

@@ -13,3 +13,7 @@ class PlanStatus(enum.Enum):
     LIMIT = "NOT CONVERGED: the limit of sweeps was reached. Try: more sweeps or a larger tolerance"
     BUDGET = "NOT CONVERGED: the budget of states was reached. Try: a larger most_states or tolerance, or a nearer goal"
     SETTLED = "settled: the values no longer change, but at discount 1 no bound on their error is known"
+
+
+class PlanningWarning(UserWarning):
+    """A plan is less exact than was asked for; its status and its error bound say how much."""

@@ -1,245 +1,165 @@
 """Real-time dynamic programming with bounds: planning for subgoals whose cost follows the demonstration, not the world.
 
-The thesis (5.1.1) plans on an envelope of states around the demonstration, with nothing outside it, and grows the
-envelope where greedy behaviour leads: a lower bound, whose policy has no reason to leave. Here an upper bound is kept
-beside it, with an admissible heuristic outside (as in LAO*, Hansen & Zilberstein 2001, and bounded RTDP, McMahan et al.
-2005). The envelope grows where greedy behaviour under the upper bound leaves it, weighed by how likely that is, until
-the bounds meet at every state and action that was asked for.
+The thesis (5.1.1) plans on an envelope of states around the demonstration, with nothing outside it, and grows it where
+greedy behaviour leads: a lower bound, whose policy has no reason to leave; see ``rtdp_literal``. Here an upper bound is
+kept beside it, with an admissible heuristic outside (as in LAO*, Hansen & Zilberstein 2001, and bounded RTDP, McMahan
+et al. 2005). The envelope grows where greedy behaviour under the upper bound leaves it, weighed by how likely that is,
+until the bounds meet at every state and action that was asked for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from subgoal._kernels import envelope as envelope_loops
-from subgoal._kernels import first_passage as loops
-from subgoal.mdp.local_world import LocalWorld
-from subgoal.mdp.planners.envelope import Envelope, Inside
-from subgoal.mdp.planners.goals import membership
+from subgoal.mdp.local_world import LocalWorld, local_world
+from subgoal.mdp.planners.growing import Bounds, Settings, plan_group
 from subgoal.mdp.planners.outcome import PlanStatus
-from subgoal.mdp.planners.subgoal_plan import Convention
-from subgoal.mdp.tabular import ROW_TOLERANCE
-from subgoal.runtime.checks import Bools, Floats, Ints
+from subgoal.mdp.planners.precompute import over_groups
+from subgoal.mdp.planners.subgoal_plan import Convention, SubgoalPlan
+from subgoal.runtime.checks import Floats, Ints, positive, whole
+from subgoal.runtime.errors import InputError, PlanningError
+from subgoal.runtime.progress import Progress, Silent
 
 LANES = 10
-"""Subgoals that are planned for side by side, each with two bounds."""
-COVER = 0.98
-"""Share of what is expected outside that the next states are chosen to hold."""
-GROWTH = 0.5
-"""The envelope grows by this share at a time, at most, beyond the states that were chosen."""
-LEAST_GROWTH = 200
-LANDMARKS = 64
-FINE, FINEST = 0.02, 1e-6
-"""Largest change of a last sweep as a share of the gap: at first, and at last."""
-RINGS = 3
-"""Chosen states are taken in with so many rings around them: what slips past the first comes back from the next."""
-ROUNDING = 2e-15
-MOST_SWEEPS = 100_000
-FLOW_SWEEPS = 50
+"""Subgoals that are planned for side by side, each with two bounds, in an envelope of their own."""
+MOST_STATES = 2_000_000
+TOLERANCE = 5e-6
+"""Default error bound as a share of the largest value: 0.01 nats per observation at γ = 0.99 and α = 10."""
 
 
-@dataclass(frozen=True)
-class Settings:
-    """What is planned: at most ``tolerance`` from Q*, in units of the reward; ``most_states`` inside an envelope."""
+def rtdp_subgoals(
+    world: Any,
+    goals: Any,
+    *,
+    states: Any,
+    convention: Convention = "continuing",
+    tolerance: float | None = None,
+    most_states: int = MOST_STATES,
+    workers: int | None = None,
+    backend: str = "threading",
+    cache: str | Path | None = None,
+    allow_unconverged: bool = True,
+    progress: Progress | None = None,
+) -> SubgoalPlan:
+    """Values of G subgoals at U states, from an envelope around these (thesis 5.1.1), with bounds of their errors.
 
-    convention: Convention
-    tolerance: float
-    most_states: int
+    Parameters
+    ----------
+    world:
+        A ``GridWorld`` or ``ImplicitGrid``, which know an admissible heuristic, or another ``LocalWorld``; a
+        ``TabularMDP`` is taken without one. The discount must be below 1.
+    goals:
+        (G,) states, or G sets of states.
+    states:
+        (U,) states whose values and action values are wanted: those that were observed.
+    convention:
+        As in ``plan_subgoals``.
+    tolerance:
+        Largest error of an action value in units of c; the envelopes grow until it is met. Default: 5e-6 of the
+        largest value, 1/(1 − γ) or 1.
+    most_states:
+        How many states an envelope may hold. Where that is not enough, the bounds reached so far are the result and
+        its status is BUDGET.
+    workers, backend:
+        Groups of up to ten goals near each other are planned for apart: in threads, in processes ("loky") or on a
+        connected Dask cluster ("dask"). The plan is the same, bit for bit, whatever these are.
+    cache:
+        A folder in which each group's bounds are kept by content, so that a run that was stopped goes on.
+    allow_unconverged:
+        False: raise where the tolerance was not met, instead of saying so in the status.
+    progress:
+        Told how many goals are done.
 
+    Memory: 16·U·(A + 1)·G bytes, and about 2 kB for each state of the envelope that each worker has in hand.
 
-class Bounds(NamedTuple):
-    """Bounds of one group of J subgoals at U states, and what they cost."""
-
-    value: Floats
-    """(2, U, J) lower and upper."""
-    rows: Floats
-    """(2, U, A, J) of action values, −inf for illegal actions."""
-    status: PlanStatus
-    n_inside: int
-    n_met: int
-    rounds: int
-    sweeps: int
-    backups: int
-
-
-def plan_group(world: LocalWorld, goals: list[Ints], states: Ints, settings: Settings) -> Bounds:
-    """Bounds of the values at ``states`` (U,) for some goals, each a set of states."""
-    growing = _Growing(world, goals, states, settings)
-    while not growing.step():
-        growing.grow()
-    return growing.answer()
-
-
-class _Growing:
-    """One envelope and its two bounds."""
-
-    def __init__(self, world: LocalWorld, goals: list[Ints], states: Ints, settings: Settings) -> None:
-        self.world, self.settings, self.states = world, settings, states
-        self.envelope = Envelope(world)
-        self.here = self.envelope.meet(states)
-        self.sets = [self.envelope.meet(members) for members in goals]
-        self.goal_states = goals
-        self.pinned = settings.convention == "absorbing" or all(len(each) == 1 for each in goals)
-        self.top = 1.0 / (1.0 - world.discount) if settings.convention == "continuing" else 1.0
-        start = np.unique(np.concatenate([self.here, *self.sets]))
-        self.envelope.expand(start)
-        self.roots = np.arange(self.envelope.n_met)
-        self.envelope.expand(np.setdiff1d(self.roots, start))
-        self.lower, self.upper = np.zeros((0, len(goals))), np.zeros((0, len(goals)))
-        self.gap, self.fine = np.full(len(goals), np.inf), FINE
-        self.rounds = self.sweeps = self.backups = 0
-
-    def step(self) -> bool:
-        """Settle both bounds inside; whether that is the end."""
-        envelope, lanes = self.envelope, len(self.sets)
-        self.table: Inside = envelope.table()
-        self.order = envelope.order(self.table, np.unique(np.concatenate(self.sets)))
-        self.edge = np.flatnonzero(~envelope.inside)
-        value = self._start()
-        mark, member = membership(self.sets, envelope.n_met)
-        residual, sweeps, backups = loops.settle(
-            self.order, self._target(), False, MOST_SWEEPS, *self.table, mark, np.hstack([member, member]),
-            self.pinned, value,
-        )  # fmt: skip
-        self.rounds, self.sweeps, self.backups = self.rounds + 1, self.sweeps + sweeps, self.backups + backups
-        self.lower, self.upper = value[:, :lanes].copy(), value[:, lanes:].copy()
-        self.value, self.rows = self._bounds()
-        gap = np.where(np.isfinite(self.rows[0]), self.rows[1] - np.where(np.isfinite(self.rows[0]), self.rows[0], 0), 0)
-        self.gap = gap.max(axis=(0, 1))
-        self.status = self._status(residual)
-        return self.status is not None
-
-    def _status(self, residual: float) -> Any:
-        if self.gap.max() <= 2 * self.settings.tolerance:
-            return PlanStatus.SOLVED
-        if not self.edge.size:
-            return PlanStatus.ROUNDING
-        return PlanStatus.BUDGET if self.envelope.n_inside >= self.settings.most_states else None
-
-    def grow(self) -> None:
-        """Take in the states at which greedy behaviour under the upper bound leaves the envelope.
-
-        Where it leaves too rarely to explain the gap, the sweeps stopped too early: they go on instead.
-        """
-        excess, missing = self._excess()
-        if excess.sum() < missing and self.fine > FINEST:
-            self.fine *= 0.1
-            return
-        envelope = self.envelope
-        room = self.settings.most_states - envelope.n_inside
-        most = min(room, max(LEAST_GROWTH, int(GROWTH * envelope.n_inside)))
-        envelope.expand_rings(_largest(excess, self.edge), RINGS, most, self._worth())
-
-    def _excess(self) -> tuple[Floats, float]:
-        """(S,) what is expected outside, and how much of it there is at least if the sweeps are done."""
-        envelope = self.envelope
-        excess, stops, inside, missing = np.zeros(envelope.n_met), np.zeros(envelope.n_met, bool), envelope.inside, 0.0
-        enough = 2 * self.settings.tolerance / self._scale_top()
-        for j in np.flatnonzero(self.gap > 2 * self.settings.tolerance):
-            gap = self.upper[self.roots, j] - self.lower[self.roots, j]
-            missing = max(missing, float(gap.max()))
-            at = np.zeros(envelope.n_met, bool)
-            at[self.sets[j]] = True
-            envelope_loops.leaving(
-                self.order, self.roots[gap > enough], j, at if self.pinned else stops, 1e-3 * enough, FLOW_SWEEPS,
-                *self.table[:5], stops.astype(float) if self.pinned else at.astype(float), inside, self.upper, excess,
-            )  # fmt: skip
-        return excess, missing
-
-    def _worth(self) -> Callable[[Ints], Bools]:
-        """Whether a state may be on a way from a root to a goal that beats the lower bound, for all that is known."""
-        gap = self.upper[self.roots] - self.lower[self.roots]
-        enough = 2 * self.settings.tolerance / self._scale_top()
-        rooted = np.flatnonzero((gap > enough).any(axis=1))
-        rooted = rooted[np.linspace(0, rooted.size - 1, min(rooted.size, LANDMARKS)).astype(int)] if rooted.size else rooted
-        roots = self.roots[rooted]
-        least = np.where(gap[rooted] > enough, self.lower[roots], np.inf)
-        starts = self.envelope.states[roots].copy()
-
-        def worth(places: Ints) -> Bools:
-            there = self.world.reach_bound(starts, self.envelope.states[places])
-            onwards = self._heuristic(places)
-            return np.asarray((there.T[:, :, None] * onwards[:, None] >= least).any(axis=(1, 2)))
-
-        return worth
-
-    def answer(self) -> Bounds:
-        """What is known now."""
-        return Bounds(
-            self.value, self.rows, self.status, self.envelope.n_inside, self.envelope.n_met, self.rounds, self.sweeps,
-            self.backups,
-        )  # fmt: skip
-
-    def _start(self) -> Floats:
-        """(S, 2J) both bounds as they were; for states newly met nothing, and what the heuristic says."""
-        lanes = len(self.sets)
-        value = np.zeros((self.envelope.n_met, 2 * lanes))
-        value[: len(self.lower), :lanes] = self.lower
-        value[: len(self.upper), lanes:] = self.upper
-        new = np.arange(len(self.upper), self.envelope.n_met)
-        value[new, lanes:] = self._heuristic(new)
-        if self.pinned:
-            for j, members in enumerate(self.sets):
-                value[members, j] = value[members, lanes + j] = 1.0
-        return value
-
-    def _heuristic(self, places: Ints) -> Floats:
-        states, out = self.envelope.states[places], np.zeros((places.size, len(self.sets)))
-        for j, members in enumerate(self.goal_states):
-            for member in members:
-                np.maximum(out[:, j], self.world.reach_bound(states, members[:1] * 0 + member)[:, 0], out=out[:, j])
-        return out if self.pinned else out * self.top
-
-    def _target(self) -> float:
-        wanted = max(2 * self.settings.tolerance, min(float(self.gap.max()), self.top))
-        return max(1e-15, self.fine * wanted / self._scale_top())
-
-    def _scale_top(self) -> float:
-        return self.top if self.pinned else 1.0
-
-    def _bounds(self) -> tuple[Floats, Floats]:
-        """(2, U, J) of the values and (2, U, A, J) of the action values."""
-        goals = np.array([members[0] for members in self.sets])
-        both = [self.lower, self.upper]
-        value, rows = [], []
-        at = np.stack([np.isin(self.here, members) for members in self.sets], axis=1)
-        for bound in both:
-            scale: Any = 1.0
-            if self.pinned and self.settings.convention == "continuing":
-                lanes = np.arange(goals.size)
-                ahead = self._ahead(self.envelope.states[goals], bound).max(axis=1)[lanes, lanes]
-                scale = 1 / (1 - np.clip(ahead, 0.0, min(self.world.discount * (1 + ROW_TOLERANCE), 1 - 1e-15)))
-            each = self._ahead(self.states, bound) * scale
-            if self.settings.convention == "absorbing":
-                each[at[:, None] & np.isfinite(each)] = 0.0
-            value.append(bound[self.here] * scale)
-            rows.append(each + at[:, None])
-        return np.stack(value), np.stack(rows)
-
-    def _ahead(self, states: Ints, value: Floats) -> Floats:
-        """(U, A, J) γ Σ P(s' | s, a) v(s')."""
-        rows = self.envelope.action_rows(states)
-        out = np.empty((states.size, self.world.n_actions, value.shape[1]))
-        loops.action_rows(
-            np.arange(states.size), rows.offset, rows.successor, rows.probability, self.world.n_actions,
-            self.world.discount, value, out,
-        )  # fmt: skip
-        out[self._over(states)] = -np.inf
-        return out
-
-    def _over(self, states: Ints) -> Bools:
-        return np.zeros(states.size, bool)
+    Raises
+    ------
+    InputError
+        Goals or states that do not exist, an empty set, a discount of 1, a cache for a world that cannot be told from
+        others.
+    PlanningError
+        The tolerance was not met, unless ``allow_unconverged``.
+    """
+    seen = local_world(world)
+    if not seen.discount < 1:
+        raise InputError("discount", found=seen.discount, wanted="below 1, to plan for subgoals that are held")
+    if convention not in ("continuing", "absorbing"):
+        raise InputError("convention", found=repr(convention), wanted="'continuing' or 'absorbing'")
+    top = 1.0 / (1.0 - seen.discount) if convention == "continuing" else 1.0
+    tolerance = TOLERANCE * top if tolerance is None else positive("tolerance", tolerance)
+    settings = Settings(convention, tolerance, whole("most_states", most_states))
+    sets = world_goals(seen, goals)
+    kept = np.atleast_1d(seen.check("states", states))
+    if kept.ndim != 1 or not kept.size:
+        raise InputError("states", found=f"shape {kept.shape}", wanted="(U,), one at least")
+    groups = near_groups(seen, sets)
+    jobs = [(seen, [sets[g] for g in group], kept, settings) for group in groups]
+    solved = over_groups(
+        plan_group, jobs, [len(group) for group in groups], workers=workers, backend=backend, cache=cache,
+        progress=progress or Silent(),
+    )  # fmt: skip
+    plan = _collected(kept, groups, solved, settings)
+    if plan.status is not PlanStatus.SOLVED and not allow_unconverged:
+        bound = f"error bound {plan.error_bound:.3g}, tolerance {tolerance:.3g}, {plan.n_inside} states inside"
+        raise PlanningError(f"planning for {len(sets)} subgoals: {plan.status.value} ({bound})")
+    return plan
 
 
-def _largest(excess: Floats, edge: Ints) -> Ints:
-    """The states of ``edge`` that hold most of the excess together; all of them where there is none."""
-    found = edge[excess[edge] > 0]
-    if not found.size:
-        return edge
-    falling = found[np.argsort(-excess[found], kind="stable")]
-    share = np.cumsum(excess[falling])
-    return falling[: int(np.searchsorted(share, COVER * share[-1])) + 1]
+def world_goals(world: LocalWorld, goals: Any) -> list[Ints]:
+    """Each goal as its sorted states."""
+    if isinstance(goals, np.ndarray) and goals.ndim == 1 and goals.dtype.kind in "iu":
+        sets = list(world.check("goals", goals)[:, None])
+    else:
+        entries = list(goals) if np.iterable(goals) else [goals]
+        for g, each in enumerate(entries):
+            if not np.size(each):
+                raise InputError(f"goal {g}", found="no state", wanted="at least one")
+        sets = [np.unique(world.check(f"goal {g}", np.atleast_1d(each))) for g, each in enumerate(entries)]
+    if not sets:
+        raise InputError("goals", found="none", wanted="at least one")
+    return sets
+
+
+def near_groups(world: LocalWorld, sets: list[Ints]) -> list[Ints]:
+    """Goals in groups of ``LANES``: the first that is left over and those that are nearest to it."""
+    first = np.array([members[0] for members in sets])
+    single = np.array([len(members) == 1 for members in sets])
+    groups = []
+    for kind in (True, False):
+        left = np.flatnonzero(single == kind)
+        while left.size:
+            reach = world.reach_bound(first[left], first[left[:1]])[:, 0]
+            reach[0] = np.inf
+            nearest = np.argsort(-reach, kind="stable")[:LANES]
+            groups.append(np.sort(left[nearest]))
+            left = np.delete(left, nearest)
+    return groups
+
+
+def _collected(states: Ints, groups: list[Ints], solved: list[Bounds], settings: Settings) -> SubgoalPlan:
+    """The middle of the bounds of all groups, and how far from it they are."""
+    n_goals = sum(len(group) for group in groups)
+    n_actions = solved[0].rows.shape[2]
+    value, gap = np.empty((states.size, n_goals)), np.empty((states.size, n_goals))
+    rows = np.empty((states.size, n_actions, n_goals))
+    for group, each in zip(groups, solved, strict=True):
+        value[:, group] = each.value.mean(axis=0)
+        rows[:, :, group] = each.rows.mean(axis=0)
+        gap[:, group] = half_gap(each)
+    by_severity = [PlanStatus.SOLVED, PlanStatus.ROUNDING, PlanStatus.BUDGET]
+    status = max((each.status for each in solved), key=by_severity.index)
+    return SubgoalPlan(
+        states, value, rows, settings.convention, float(gap.max()), settings.tolerance, status,
+        sum(each.sweeps for each in solved), sum(each.backups for each in solved), half_gap=gap,
+        n_inside=max(each.n_inside for each in solved),
+    )  # fmt: skip
+
+
+def half_gap(bounds: Bounds) -> Floats:
+    """(U, J) half of the largest gap between the bounds of a value and of the action values of its state."""
+    legal = np.isfinite(bounds.rows[0])
+    rows = np.subtract(bounds.rows[1], bounds.rows[0], where=legal, out=np.zeros_like(bounds.rows[0]))
+    return np.asarray(np.maximum(rows.max(axis=1), bounds.value[1] - bounds.value[0]) / 2)

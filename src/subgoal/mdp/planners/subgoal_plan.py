@@ -36,6 +36,11 @@ class SubgoalPlan:
         Whether that is within the tolerance.
     relative:
         Whether small values are exact to rounding as well.
+    half_gap:
+        (U, G) how far values and action values can be from the exact ones, state by state, where bounds of them are
+        known; they lie in the middle of these then.
+    n_inside:
+        States in the largest envelope, where planning looked at a part of the world only.
     sweeps, backups:
         Work done: passes over the states (all groups of goals together) and backups of a state in all lanes of a group.
     """
@@ -50,6 +55,8 @@ class SubgoalPlan:
     sweeps: int
     backups: int
     relative: bool = False
+    half_gap: Any = None
+    n_inside: int = 0
 
     def __repr__(self) -> str:
         n_states, n_goals = self.value.shape
@@ -62,8 +69,12 @@ class SubgoalPlan:
 
     @property
     def optimal(self) -> Bools:
-        """(U, A, G) the best actions, of a plan made with ``relative``: values within 1e-9 of the largest are tied."""
-        if self.action_values is None or not self.relative:
+        """(U, A, G) the best actions, of a plan made with ``relative`` or with bounds.
+
+        Values within 1e-9 of the largest are tied, or those that may be the largest for all that the bounds say.
+        """
+        if self.action_values is None or not (self.relative or self.half_gap is not None):
             raise InputError("plan", found="no values to rounding", wanted="plan_subgoals(..., states=, relative=True)")
         top = self.action_values.max(axis=1, keepdims=True)
-        return np.asarray(self.action_values >= np.where(np.isfinite(top), top - TIE * np.abs(top), np.inf))
+        slack = TIE * np.abs(top) if self.half_gap is None else 2 * self.half_gap[:, None]
+        return np.asarray(self.action_values >= np.where(np.isfinite(top), top - slack, np.inf))
