@@ -278,6 +278,13 @@ def test_a_file_that_changes_under_a_run_is_told(tmp_path: Path) -> None:
         quiet(shards, progress=Tears(), draws=5, warmup=0)
 
 
+def test_a_file_that_changed_is_told_from_worker_processes(tmp_path: Path) -> None:
+    shards = write_shards(table(), tmp_path / "s")
+    (tmp_path / "s" / "shard-00000.parquet").write_bytes(b"PAR1")
+    with pytest.raises(StorageError, match=r"shard-00000\.parquet"):
+        quiet(shards, draws=5, warmup=0, workers=2, backend="loky")
+
+
 @pytest.mark.parametrize("setting", [
     {"concentration": 0}, {"concentration": float("nan")}, {"chains": 0}, {"draws": 1.5}, {"warmup": -1},
     {"seed": -1}, {"backend": "ray"}, {"client": 3}, {"resume": True},

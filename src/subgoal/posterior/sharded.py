@@ -6,7 +6,6 @@ import time
 import warnings
 from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from subgoal._kernels.counts import log_assignment_prior
 from subgoal.likelihood.shards import DIRECTIONS, Shards
-from subgoal.partition.sharded_blocked import UNIT, Part, Sums, draw_part, parts_of, together
+from subgoal.partition.sharded_blocked import UNIT, Sums, draw_part, parts_of, together
 from subgoal.posterior.assemble import count_draws, label_free
 from subgoal.posterior.checkpoint import Checkpoint
 from subgoal.posterior.diagnostics import Status, gate
@@ -23,7 +22,7 @@ from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.posterior.sharded_chains import TRACES, ShardedChain
 from subgoal.posterior.sharded_posterior import ShardedPosterior
 from subgoal.runtime.checks import Floats, positive, whole
-from subgoal.runtime.cluster import workers_of
+from subgoal.runtime.cluster import connected, run_on
 from subgoal.runtime.errors import InputError, StoppedError
 from subgoal.runtime.executor import run_all, worker_count
 from subgoal.runtime.interrupt import Interrupt
@@ -98,11 +97,8 @@ def sample_shards(
     keeper = Checkpoint(Path(checkpoint), settings) if checkpoint is not None else None
     if resume:
         _resume(keeper, records)
-    with _at(client, backend) as count:
-        here = count or worker_count(workers)
-        parts = parts_of(shards.files, shards.compass if shards.kind == DIRECTIONS else None, here)
-        sweep = _sweeper(parts, settings.seed, here, backend)
-        _advance(sweep, shards, settings, records, keeper, progress or Silent())
+    sweep = _sweeper(shards, settings.seed, workers, backend, client)
+    _advance(sweep, shards, settings, records, keeper, progress or Silent())
     complete = records[0].sweeps == settings.sweeps
     if keeper is not None and not complete:
         keeper.write(records)
@@ -114,21 +110,20 @@ def sample_shards(
     return posterior
 
 
-def _sweeper(parts: list[Part], seed: int, workers: int, backend: str) -> Sweep:
+def _sweeper(shards: Shards, seed: int, workers: int | None, backend: str, client: Any) -> Sweep:
+    """One sweep over all parts, wherever they are worked on."""
+    if client is not None and backend != "dask":
+        raise InputError("client", found=f"a client, and backend={backend!r}", wanted="backend='dask' with it")
+    cluster, threads = connected(client) if backend == "dask" else (None, worker_count(workers))
+    parts = parts_of(shards.files, shards.compass if shards.kind == DIRECTIONS else None, threads)
+
     def sweep(log_weights: Floats, number: int) -> Sums:
         jobs = [(part, log_weights, seed, number) for part in parts]
-        return together(run_all(draw_part, jobs, workers=workers, backend=backend))
+        if cluster is not None:
+            return together(run_on(cluster, draw_part, jobs))
+        return together(run_all(draw_part, jobs, workers=threads, backend=backend))
 
     return sweep
-
-
-def _at(client: Any, backend: str) -> AbstractContextManager[int | None]:
-    """The threads of the cluster while ``client`` is the current one; None where there is no cluster."""
-    if backend == "dask":
-        return workers_of(client)
-    if client is not None:
-        raise InputError("client", found=f"a client, and backend={backend!r}", wanted="backend='dask' with it")
-    return nullcontext()
 
 
 def _advance(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
+from concurrent.futures import CancelledError
 from importlib import import_module
 from typing import Any
 
@@ -48,25 +48,48 @@ def connect(address: str, *, timeout: float = PATIENCE) -> Any:
     return distributed.Client(place, timeout=seconds)
 
 
-@contextmanager
-def workers_of(client: Any = None) -> Iterator[int]:
-    """How many threads the cluster of ``client`` has, while it is the current one; None: the one that is connected.
+def connected(client: Any = None) -> tuple[Any, int]:
+    """``client``, or the one that is connected, and how many threads its cluster has.
 
     Raises ``InputError`` where none is connected and ``ClusterError`` for a cluster without workers.
     """
-    if client is None:
-        try:
-            client = import_module("distributed").get_client()
-        except ImportError:
-            raise MissingExtraError("distributed", "dask") from None
-        except ValueError as problem:
-            raise InputError("client", found=str(problem), wanted="a connected Dask client",
-                             hint="connect(address) before sampling") from None  # fmt: skip
-    threads = sum(client.nthreads().values())
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        raise MissingExtraError("distributed", "dask") from None
+    try:
+        found = distributed.get_client() if client is None else client
+    except ValueError as problem:
+        raise InputError("client", found=str(problem), wanted="a connected Dask client",
+                         hint="connect(address) before sampling") from None  # fmt: skip
+    if not isinstance(found, distributed.Client):
+        raise InputError("client", found=type(found).__name__, wanted="a dask.distributed.Client")
+    threads = sum(found.nthreads().values())
     if not threads:
         raise ClusterError("Dask cluster", found="no workers", wanted="at least one", hint=HINT)
-    with client.as_current():
-        yield threads
+    return found, threads
+
+
+def run_on(client: Any, function: Callable[..., Any], jobs: Iterable[tuple[Any, ...]]) -> list[Any]:
+    """``function(*job)`` for every job on the cluster, in order; what a lost worker had is given to another.
+
+    Raises ``ClusterError`` where a job was lost with several workers, and where the scheduler is lost; whatever else
+    the function raises comes as it is.
+    """
+    distributed: Any = import_module("distributed")
+    try:
+        answers: list[Any] = client.gather([client.submit(function, *job, pure=False) for job in jobs])
+    except distributed.KilledWorker:
+        raise ClusterError(
+            "Dask cluster", found="work that was lost with every worker it was given to", wanted="workers that stay",
+            hint="workers with more memory; the checkpoint can be resumed",
+        ) from None  # fmt: skip
+    except (CancelledError, distributed.client.FutureCancelledError, OSError) as problem:
+        if isinstance(problem, OSError) and client.status == "running":
+            raise
+        raise ClusterError("Dask scheduler", found="a lost connection", wanted="one that stays",
+                           hint="connect again; the checkpoint can be resumed") from None  # fmt: skip
+    return answers
 
 
 def _identity(address: str, seconds: float) -> str | None:

@@ -6,7 +6,16 @@ from typing import Any
 
 
 class SubgoalError(Exception):
-    """Base of everything this library raises on purpose."""
+    """Base of everything this library raises on purpose. It travels between processes with all that it says."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args, self.__dict__)
+
+
+def _again(kind: type[SubgoalError], arguments: tuple[Any, ...], said: dict[str, Any]) -> SubgoalError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(said)
+    return error
 
 
 class InputError(SubgoalError, ValueError):
