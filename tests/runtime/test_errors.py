@@ -7,7 +7,7 @@ import pickle
 import pytest
 
 from subgoal.runtime.cluster import ClusterError
-from subgoal.runtime.errors import BudgetError, InputError, MissingExtraError, StorageError, StoppedError, SubgoalError
+from subgoal.runtime.errors import BudgetError, InputError, MissingExtraError, StoppedError, StorageError, SubgoalError
 
 
 @pytest.mark.parametrize("error", [

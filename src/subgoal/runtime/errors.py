@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 
@@ -63,6 +64,9 @@ class BudgetError(SubgoalError, MemoryError):
         super().__init__(
             f"{what}: would need {needed / 2**20:,.0f} MiB, the budget is {budget / 2**20:,.0f} MiB. Try: {hint}."
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return partial(type(self), self.what, needed=self.needed, budget=self.budget, hint=self.hint), ()
 
 
 class PlanningError(SubgoalError):
