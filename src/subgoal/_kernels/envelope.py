@@ -100,28 +100,50 @@ def sweep_order(near, inside):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def greedy_row(s, lane, state_edge, row_edge, to, weight, gain, reward, value):
-    """The row of state ``s`` that is worth most; −1 if there is none, or none is worth anything."""
-    best, chosen = 0.0, -1
+def best_row(s, lane, state_edge, row_edge, to, weight, gain, reward, value):
+    """Largest gain·R(s) + Σ weight·value[to, lane] over the rows of state ``s``, and which row has it, −1 if none."""
+    best, chosen = -np.inf, -1
     for r in range(state_edge[s], state_edge[s + 1]):
         total = gain[r] * reward[s]
         for k in range(row_edge[r], row_edge[r + 1]):
             total += weight[k] * value[to[k], lane]
-        if total > best or (chosen < 0 and reward[s] != 0.0):
+        if total > best:
             best, chosen = total, r
-    return chosen
+    return best, chosen
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def settle_reward(order, target, most_sweeps, state_edge, row_edge, to, weight, gain, reward, value):
+    """Back up ``value`` (S, L) in ``order`` and back in turn until no value moves by more than ``target``.
+
+    Where episodes are over, a value is the reward. Returns the number of sweeps.
+    """
+    for sweep in range(most_sweeps):
+        largest = 0.0
+        for k in range(order.size):
+            s = order[order.size - 1 - k] if sweep % 2 else order[k]
+            for lane in range(value.shape[1]):
+                best, chosen = best_row(s, lane, state_edge, row_edge, to, weight, gain, reward, value)
+                if chosen < 0:
+                    best = reward[s]
+                largest = max(largest, abs(best - value[s, lane]))
+                value[s, lane] = best
+        if largest <= target:
+            return sweep + 1
+    return most_sweeps
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def leaving(
-    order, roots, lane, stops, least, most_sweeps, state_edge, row_edge, to, weight, gain, reward, inside, value, excess
+    order, roots, lane, stops, least, most_sweeps, state_edge, row_edge, to, weight, gain, reward, inside, value,
+    outside, excess,
 ):  # fmt: skip
     """Add to ``excess`` (S,) what greedy behaviour from the ``roots`` expects of states outside, discounted.
 
     One unit of mass starts at each root and follows the rows that are best under ``value[:, lane]``, losing γ a step,
     until it reaches one of ``stops`` (S,) or leaves the envelope at a state that is not ``inside``, where mass times
-    value is added. Mass below ``least`` is let go. States are gone through
-    in the reverse of ``order`` and then in it, in turn.
+    ``outside`` (S,) is added. Mass below ``least`` is let go. States are gone through in the reverse of ``order`` and
+    then in it, in turn.
     """
     mass = np.zeros(inside.size)
     chosen = np.full(inside.size, -2, np.int64)
@@ -138,7 +160,7 @@ def leaving(
             if stops[s]:
                 continue
             if chosen[s] == -2:
-                chosen[s] = greedy_row(s, lane, state_edge, row_edge, to, weight, gain, reward, value)
+                _, chosen[s] = best_row(s, lane, state_edge, row_edge, to, weight, gain, reward, value)
             if chosen[s] < 0:
                 continue
             moved = True
@@ -147,6 +169,6 @@ def leaving(
                 if inside[t]:
                     mass[t] += here * weight[e]
                 else:
-                    excess[t] += here * weight[e] * value[t, lane]
+                    excess[t] += here * weight[e] * outside[t]
         if not moved:
             break

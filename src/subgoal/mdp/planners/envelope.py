@@ -10,6 +10,7 @@ import numpy as np
 from subgoal._kernels import envelope as loops
 from subgoal._kernels.first_passage import compress_rows, distance_order, find_predecessors
 from subgoal.mdp.local_world import LocalWorld, Rows
+from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.checks import Bools, Floats, Ints
 
 FIRST_ROOM = 1024
@@ -122,6 +123,18 @@ class Envelope:
         """Transition rows of states inside whose successors are places."""
         rows = self.world.rows(states)
         return Rows(rows.offset, self.places(rows.successor), rows.probability)
+
+    def sub_world(self) -> TabularMDP:
+        """The states met as a world of their own, numbered by place, in which episodes are over at the edge."""
+        rows = self.world.rows(self.states)
+        counts = np.diff(rows.offset).reshape(self.n_met, self.world.n_actions)
+        kept = np.repeat(self.inside, counts.sum(axis=1))
+        legal = (counts > 0) & self.inside[:, None]
+        offset = np.concatenate([[0], np.cumsum(np.where(legal, counts, 0))])
+        return TabularMDP(
+            offset, self.places(rows.successor[kept]), rows.probability[kept], self.world.n_actions,
+            self.world.discount, available=legal, terminal=~legal.any(axis=1),
+        )  # fmt: skip
 
     def _reached(self, places: Ints) -> Ints:
         row_edge, to, _, _ = self._joined()

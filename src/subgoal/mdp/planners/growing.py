@@ -29,7 +29,7 @@ FINE, FINEST = 0.02, 1e-6
 """Largest change of a last sweep as a share of the gap: at first, and at last."""
 CLOSED = 1e-12
 """The same where nothing is outside and only the sweeps can close the gap."""
-RINGS = 3
+COVER_RINGS = 3
 """Chosen states are taken in with so many rings around them: what slips past the first comes back from the next."""
 MOST_SWEEPS = 10_000
 FLOW_SWEEPS = 50
@@ -124,9 +124,8 @@ class _Growing:
             self.fine *= 0.1
             return
         envelope = self.envelope
-        room = self.settings.most_states - envelope.n_inside
-        most = min(room, max(LEAST_GROWTH, int(GROWTH * envelope.n_inside)))
-        envelope.expand_rings(_largest(excess, self.edge), RINGS, most, self._worth())
+        most = ring_limit(envelope.n_inside, self.settings.most_states)
+        envelope.expand_rings(largest_excess(excess, self.edge), COVER_RINGS, most, self._worth())
 
     def _excess(self) -> tuple[Floats, float]:
         """(S,) what is expected outside, and how much of it there is at least if the sweeps are done."""
@@ -140,7 +139,8 @@ class _Growing:
             at[self.sets[j]] = True
             envelope_loops.leaving(
                 self.order, self.roots[gap > enough], j, at if self.pinned else stops, 1e-3 * enough, FLOW_SWEEPS,
-                *self.table[:5], stops.astype(float) if self.pinned else at.astype(float), inside, self.upper, excess,
+                *self.table[:5], stops.astype(float) if self.pinned else at.astype(float), inside, self.upper,
+                np.ascontiguousarray(self.upper[:, j]), excess,
             )  # fmt: skip
         return excess, missing
 
@@ -227,7 +227,12 @@ class _Growing:
         return out
 
 
-def _largest(excess: Floats, edge: Ints) -> Ints:
+def ring_limit(inside: int, most_states: int) -> int:
+    """How many states one growth may take in."""
+    return min(most_states - inside, max(LEAST_GROWTH, int(GROWTH * inside)))
+
+
+def largest_excess(excess: Floats, edge: Ints) -> Ints:
     """The states of ``edge`` that hold most of the excess together; all of them where there is none."""
     found = edge[excess[edge] > 0]
     if not found.size:
