@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,24 @@ from scipy.stats import chi2
 
 from subgoal._kernels import shard_rows
 from subgoal._kernels.blocked import draw_weights
-from subgoal.partition.sharded_blocked import LOST, LOWEST
+from subgoal.likelihood.table import LogLikelihood
+from subgoal.partition.sharded_blocked import (
+    LOWEST,
+    NONE_LEFT,
+    Compass,
+    Part,
+    all_weights,
+    draw_compass,
+    draw_part,
+    large_weights,
+    parts_of,
+)  # fmt: skip
+from subgoal.sharded import write_shards
+from subgoal.storage.shards import BLOCK
 from tests.exact.laws import WITH_WALLS
 from tests.exact.replay import python_form
 from tests.exact.test_transition_samplers import WEIGHTS
-from tests.oracles.shard_rows import assignment_law, direction_log_share, draw_all
+from tests.oracles.shard_rows import assignment_law, direction_log_share, draw_all, inverse_draw
 from tests.oracles.tables import PRIOR, TABLES, assignment_posterior
 
 NODES = 64
@@ -34,9 +48,9 @@ def drawn(shares, log_weights, uniforms, loops=shard_rows) -> tuple[np.ndarray, 
     """Counts (C, G) and sums of log shares (C,)."""
     chains, g_count = log_weights.shape
     counts, fits = np.zeros((chains, g_count), np.int64), np.zeros(chains)
-    least = g_count * LOST * math.exp(LOWEST[shares.dtype.str])
+    every = all_weights(log_weights, shares.dtype.str)
     room = np.empty(g_count), np.empty(g_count)
-    loops.draw_rows(shares, log_weights, np.exp(log_weights), uniforms, least, *room, counts, fits)
+    loops.draw_rows(shares, every.log, every.plain, uniforms, every.least, *room, counts, fits, NONE_LEFT)
     return counts, fits
 
 
@@ -185,7 +199,7 @@ def test_shares_of_directions_are_those_of_the_oracle(alpha: float) -> None:
     found = np.where(shares > 0, np.log(np.abs(shares)), shares)
     wanted = [[direction_log_share(s, u, g, alpha, near, log_uniform) for g in goals.T]
               for s, u in zip(states, units, strict=True)]  # fmt: skip
-    np.testing.assert_allclose(found, wanted, atol=2e-13 + 1e-14 * alpha)
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-14 + 1e-14 * alpha)
 
 
 def test_draws_of_directions_are_those_of_their_shares() -> None:
@@ -200,8 +214,68 @@ def test_draws_of_directions_are_those_of_their_shares() -> None:
     wanted = drawn(shares, log_weights, uniforms)
     counts, fits = np.zeros((2, 9), np.int64), np.zeros(2)
     shard_rows.draw_directions(
-        units, states, goals, 0.3, 3.0, 0.5, log_weights, np.exp(log_weights), uniforms, 1e-250, np.empty(9),
-        np.empty(9), counts, fits,
+        units, states, goals, 0.3, 3.0, 0.5, log_weights, np.exp(log_weights), uniforms,
+        np.full(2, 1e-250), np.empty(9), np.empty(9), counts, fits, NONE_LEFT,
     )  # fmt: skip
     np.testing.assert_array_equal(counts, wanted[0])
     np.testing.assert_allclose(fits, wanted[1], rtol=1e-12)
+
+
+def test_rows_that_the_large_weights_do_not_settle_are_drawn_over_all() -> None:
+    """Against the oracle, row by row over the candidates that it was drawn from."""
+    generator, g_count, rows, alpha, near = np.random.default_rng(9), 200, 400, 300.0, 0.3
+    log_weights = np.where(generator.random((2, g_count)) < 0.1, -generator.exponential(2, (2, g_count)), -75.0)
+    log_weights[:, 7] = 0.0
+    every = all_weights(log_weights, "<f8")
+    large = large_weights(every)
+    assert large.places.size < 60
+    states, goals = generator.uniform(0, 4, (rows, 2)), generator.uniform(0, 4, (2, g_count))
+    units = generator.normal(size=(rows, 2))
+    units /= np.linalg.norm(units, axis=1, keepdims=True)
+    arrays = {"x": states[:, 0], "y": states[:, 1], "along": units[:, 0], "across": units[:, 1]}
+    law, uniforms = Compass(goals, near, alpha, math.exp(-250.0), 0.0), generator.random((2, rows))
+    counts, fits = np.zeros((2, g_count), np.int64), np.zeros(2)
+    draw_compass(law, arrays, uniforms, every, large, counts, fits)
+    table = np.array([[direction_log_share(s, u, g, alpha, near, -250.0) for g in goals.T]
+                      for s, u in zip(states, units, strict=True)])  # fmt: skip
+    for c in range(2):
+        wanted, fit, left = np.zeros(g_count), 0.0, 0
+        for i in range(rows):
+            settled = np.exp(table[i] + log_weights[c])[large.places].sum() > large.least[c]
+            places = large.places if settled else np.arange(g_count)
+            g = places[inverse_draw(table[i, places], log_weights[c, places], uniforms[c, i])]
+            wanted[g], fit, left = wanted[g] + 1, fit + table[i, g], left + (not settled)
+            if settled:
+                law_of_all = assignment_law(table[i], log_weights[c])
+                assert law_of_all[large.places].sum() > 1 - 1e-15
+        assert 50 < left < 350
+        np.testing.assert_array_equal(counts[c], wanted)
+        np.testing.assert_allclose(fits[c], fit, rtol=1e-10)
+
+
+def test_weights_are_left_out_where_most_are_negligible_and_only_there() -> None:
+    """The sum of those left out is at most 2^−100 in every chain; few are left out for nothing."""
+    log_weights = np.full((2, 100), -71.0)
+    log_weights[0, :4], log_weights[1, 50] = 0.0, 0.0
+    large = large_weights(all_weights(log_weights, "<f8"))
+    gone = np.setdiff1d(np.arange(100), large.places)
+    assert not np.isin(np.array([0, 1, 2, 3, 50]), gone).any()
+    assert np.exp(log_weights[:, gone]).sum(axis=1).max() <= 2.0**-100
+    every = all_weights(np.full((2, 100), -1.0), "<f8")
+    assert large_weights(every) is every
+
+
+@pytest.fixture
+def two_like_blocks(tmp_path: Path) -> list[Part]:
+    """Two blocks of the same rows, flat."""
+    shards = write_shards(LogLikelihood.from_table(np.zeros((2 * BLOCK, 2))), tmp_path / "s", rows=BLOCK)
+    return parts_of(shards.files, None, 1)
+
+
+def test_chains_sweeps_seeds_and_blocks_have_uniform_numbers_of_their_own(two_like_blocks: list[Part]) -> None:
+    seen = []
+    for part in two_like_blocks:
+        for seed, sweep in ((0, 0), (0, 1), (1, 0)):
+            seen += draw_part(part, np.zeros((3, 2)), seed, sweep).counts[::2].tolist()
+    assert len(seen) == 18
+    assert len(set(seen)) >= 17

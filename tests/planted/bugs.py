@@ -10,6 +10,7 @@ from tests.planted.learning_bugs import LEARNING_BUGS
 from tests.planted.persistence_bugs import PERSISTENCE_BUGS
 from tests.planted.prior_bugs import PRIOR_BUGS
 from tests.planted.sampler_bugs import SAMPLER_BUGS
+from tests.planted.sharded_bugs import SHARDED_BUGS
 from tests.planted.summary_bugs import SUMMARY_BUGS
 from tests.planted.temporal_bugs import STICKY_AND_GROUP_BUGS
 from tests.planted.walk_bugs import WALK_BUGS
@@ -149,5 +150,5 @@ FILES = [
 BUGS = [
     *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
     *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS, *WALK_BUGS, *MARGIN_BUGS, *ENTROPY_BUGS,
-    *PRIOR_BUGS, *COMPARE_BUGS,
+    *PRIOR_BUGS, *COMPARE_BUGS, *SHARDED_BUGS,
 ]  # fmt: skip

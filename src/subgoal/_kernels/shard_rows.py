@@ -44,12 +44,13 @@ def encode(tile, lowest, shares, peaks):
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"}, error_model="numpy")
-def draw_rows(tile, log_weights, weights, uniforms, least, partial, work, counts, fits):
+def draw_rows(tile, log_weights, weights, uniforms, least, partial, work, counts, fits, left):
     """Draw θ_i ∝ w_g L_ig for the rows of ``tile`` (B, G) and each of C chains, by one uniform number for each.
 
     ``log_weights`` and ``weights`` (C, G), ``uniforms`` (C, B); adds to ``counts`` (C, G) and to ``fits`` (C,), sums
-    of log shares. Sums below ``least`` may have lost terms: such a row is drawn from sums of logs. ``partial`` is
-    room for the sums of chunks and ``work`` (G,) for the rest. A row that no weight allows makes the fit NaN.
+    of log shares. Sums below ``least`` (C,) may have lost terms: such a row is drawn from sums of logs; or, where
+    ``left`` (C, B) is not empty, marked there and left to somebody else. ``partial`` (G,) and ``work`` (G,) are room.
+    A row that no weight allows makes the fit NaN.
     """
     b_count, g_count = tile.shape
     chunks = (g_count + CHUNK - 1) // CHUNK
@@ -69,7 +70,7 @@ def draw_rows(tile, log_weights, weights, uniforms, least, partial, work, counts
                     partial[k] = part
                     mass += part
                 found = -1
-                if mass > least:
+                if mass > least[c]:
                     target = uniforms[c, r] * mass
                     k = 0
                     while k < chunks - 1 and target >= partial[k]:
@@ -85,6 +86,9 @@ def draw_rows(tile, log_weights, weights, uniforms, least, partial, work, counts
                         for g in range(g_count):
                             if weights[c, g] > 0.0 and tile[r, g] > 0:
                                 found = g
+                elif left.size > 0:
+                    left[c, r] = True
+                    continue
                 else:
                     peak = -np.inf
                     for g in range(g_count):
@@ -163,7 +167,7 @@ def direction_shares(units, states, goals, near, confidence, uniform, shares):
 
 @njit(cache=True, nogil=True)
 def draw_directions(units, states, goals, near, confidence, uniform, log_weights, weights, uniforms, least, partial,
-                    work, counts, fits):  # fmt: skip
+                    work, counts, fits, left):  # fmt: skip
     """``draw_rows`` of ``direction_shares``, a tile at a time, of which nothing is held."""
     step = max(1, TILE // goals.shape[1])
     shares = np.empty((min(step, units.shape[0]), goals.shape[1]))
@@ -171,4 +175,5 @@ def draw_directions(units, states, goals, near, confidence, uniform, log_weights
         stop = min(units.shape[0], start + step)
         tile = shares[: stop - start]
         direction_shares(units[start:stop], states[start:stop], goals, near, confidence, uniform, tile)
-        draw_rows(tile, log_weights, weights, uniforms[:, start:stop], least, partial, work, counts, fits)
+        draw_rows(tile, log_weights, weights, uniforms[:, start:stop], least, partial, work, counts, fits,
+                  left[:, start:stop])  # fmt: skip

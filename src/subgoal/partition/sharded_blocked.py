@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from subgoal._kernels.shard_rows import draw_directions, draw_rows
 from subgoal.runtime.checks import Floats, Ints
@@ -27,6 +28,8 @@ LOWEST = {"<f4": -87.0, "<f8": -700.0}
 """Logarithms of shares below this are held as such: the exponential is no normal number of the type."""
 LOST = 2.0**60
 """A sum this many times above all that may be missing from it is right to the last digit."""
+NEGLIGIBLE = 2.0**-100
+NONE_LEFT = np.zeros((0, 0), np.bool_)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +63,28 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """What a sweep over some rows gives: counts (C, G), and Σ log shares of each chain in ``UNIT``."""
+    """What a sweep over some rows gives to C chains: counts of the ``cells`` c·G + g that have any, and Σ log shares in
+    ``UNIT``."""
 
+    cells: Ints
     counts: Ints
     fits: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """Weights of C chains for M candidates: which they are, log w, w (C, M), and ``least`` (C,), see ``draw_rows``."""
+
+    places: Ints
+    log: Floats
+    plain: Floats
+    least: Floats
+
+    @property
+    def room(self) -> tuple[Floats, Floats, Ints]:
+        """Working arrays of the loops, and counts (C, M)."""
+        size = self.places.size
+        return np.empty(size), np.empty(size), np.zeros(self.log.shape, np.int64)
 
 
 def parts_of(files: ShardFiles, compass: Compass | None, workers: int) -> list[Part]:
@@ -87,28 +108,74 @@ def draw_part(part: Part, log_weights: Floats, seed: int, sweep: int) -> Sums:
     """
     leave_to_parent()
     chains, g_count = log_weights.shape
-    kind = "<f4" if part.compass is None else "<f8"
-    least = g_count * LOST * math.exp(LOWEST[kind])
-    room = np.empty(g_count), np.empty(g_count)
+    every = all_weights(log_weights, "<f4" if part.compass is None else "<f8")
+    large = every if part.compass is None else large_weights(every)
     counts, totals = np.zeros((chains, g_count), np.int64), [0] * chains
-    given = log_weights, np.exp(log_weights)
     for start, arrays in _groups(part):
         if start % BLOCK == 0:
             streams = [stream(seed, c, sweep, part.first_block + start // BLOCK) for c in range(chains)]
         rows, fits = len(next(iter(arrays.values()))), np.zeros(chains)
         uniforms = np.stack([each.random(rows) for each in streams])
-        rest = *given, uniforms, least, *room, counts, fits
         if part.compass is None:
-            draw_rows(arrays["shares"].reshape(rows, g_count), *rest)
+            partial, work, drawn = every.room
+            draw_rows(arrays["shares"].reshape(rows, g_count), every.log, every.plain, uniforms, every.least, partial,
+                      work, drawn, fits, NONE_LEFT)  # fmt: skip
+            counts += drawn
         else:
-            law = part.compass
-            units, states = (np.stack([arrays[a], arrays[b]], axis=1) for a, b in (("along", "across"), ("x", "y")))
-            draw_directions(units, states, law.goals, law.near, law.confidence, law.uniform, *rest)
+            draw_compass(part.compass, arrays, uniforms, every, large, counts, fits)
         if not np.isfinite(fits).all():
             raise InputError("concentration", found="weights below the smallest number", where=str(part.path),
                              wanted="some weight for every observation", hint="a larger concentration")  # fmt: skip
         totals = [total + round(fit / UNIT) for total, fit in zip(totals, fits.tolist(), strict=True)]
-    return Sums(counts, tuple(totals))
+    cells = np.flatnonzero(counts)
+    return Sums(cells, counts.ravel()[cells], tuple(totals))
+
+
+def all_weights(log_weights: Floats, kind: str) -> Weights:
+    """All candidates, for shares of type ``kind``."""
+    chains, g_count = log_weights.shape
+    least = np.full(chains, g_count * LOST * math.exp(LOWEST[kind]))
+    return Weights(np.arange(g_count), log_weights, np.exp(log_weights), least)
+
+
+def large_weights(every: Weights) -> Weights:
+    """The candidates whose weight can matter to most rows: the others sum to ``NEGLIGIBLE`` at most in every chain.
+
+    A row whose sum over these is not ``LOST`` times above what the others could add is left to ``every``. The same
+    record where that leaves out less than half: no share is above one, so that w_g bounds w_g times it.
+    """
+    order = np.argsort(-every.plain.max(axis=0), kind="stable")
+    after = np.cumsum(every.plain[:, order[::-1]], axis=1)[:, ::-1]
+    size = max(1, int((after.max(axis=0) > NEGLIGIBLE).sum()))
+    if 2 * size > order.size:
+        return every
+    places = order[:size]
+    least = np.maximum(every.least, LOST * after[:, size])
+    return Weights(places, every.log[:, places].copy(), every.plain[:, places].copy(), least)
+
+
+def draw_compass(
+    law: Compass, arrays: dict[str, NDArray[Any]], uniforms: Floats, every: Weights, large: Weights, counts: Ints,
+    fits: Floats,
+) -> None:  # fmt: skip
+    """Add to ``counts`` (C, G) and ``fits`` (C,): all rows over the large weights, those left over all of them."""
+    units, states = (np.stack([arrays[a], arrays[b]], axis=1) for a, b in (("along", "across"), ("x", "y")))
+    left = NONE_LEFT if large is every else np.zeros(uniforms.shape, bool)
+    goals = np.ascontiguousarray(law.goals[:, large.places])
+    partial, work, drawn = large.room
+    draw_directions(
+        units, states, goals, law.near, law.confidence, law.uniform, large.log, large.plain, uniforms, large.least,
+        partial, work, drawn, fits, left,
+    )  # fmt: skip
+    counts[:, large.places] += drawn
+    for c in np.flatnonzero(left.any(axis=1)).tolist():
+        rows, one = np.flatnonzero(left[c]), slice(c, c + 1)
+        partial, work, _ = every.room
+        draw_directions(
+            units[rows], states[rows], law.goals, law.near, law.confidence, law.uniform, every.log[one],
+            every.plain[one], np.ascontiguousarray(uniforms[one, rows]), every.least[one], partial, work, counts[one],
+            fits[one], NONE_LEFT,
+        )  # fmt: skip
 
 
 def _groups(part: Part) -> Any:
@@ -119,7 +186,9 @@ def _groups(part: Part) -> Any:
         yield k * part.group_rows, arrays
 
 
-def together(parts: list[Sums]) -> Sums:
-    """The sums of all parts."""
-    fits = tuple(sum(each) for each in zip(*(part.fits for part in parts), strict=True))
-    return Sums(np.sum([part.counts for part in parts], axis=0), fits)
+def together(parts: list[Sums], shape: tuple[int, int]) -> tuple[Ints, tuple[int, ...]]:
+    """Counts (C, G) and Σ log shares of all parts."""
+    counts = np.zeros(shape, np.int64)
+    for part in parts:
+        counts.ravel()[part.cells] += part.counts
+    return counts, tuple(sum(each) for each in zip(*(part.fits for part in parts), strict=True))

@@ -13,7 +13,7 @@ import numpy as np
 
 from subgoal._kernels.counts import log_assignment_prior
 from subgoal.likelihood.shards import DIRECTIONS, Shards
-from subgoal.partition.sharded_blocked import UNIT, Sums, draw_part, parts_of, together
+from subgoal.partition.sharded_blocked import UNIT, draw_part, parts_of, together
 from subgoal.posterior.assemble import count_draws, label_free
 from subgoal.posterior.checkpoint import Checkpoint
 from subgoal.posterior.diagnostics import Status, gate
@@ -21,7 +21,7 @@ from subgoal.posterior.posterior import Settings
 from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.posterior.sharded_chains import TRACES, ShardedChain
 from subgoal.posterior.sharded_posterior import ShardedPosterior
-from subgoal.runtime.checks import Floats, positive, whole
+from subgoal.runtime.checks import Floats, Ints, positive, whole
 from subgoal.runtime.cluster import connected, run_on
 from subgoal.runtime.errors import InputError, StoppedError
 from subgoal.runtime.executor import run_all, worker_count
@@ -30,8 +30,8 @@ from subgoal.runtime.progress import Progress, Silent
 from subgoal.runtime.seeds import stream
 from subgoal.runtime.version import VERSION
 
-Sweep = Callable[[Floats, int], Sums]
-"""Log weights (C, G) and the number of the sweep in, sums out."""
+Sweep = Callable[[Floats, int], tuple[Ints, tuple[int, ...]]]
+"""Log weights (C, G) and the number of the sweep in, counts (C, G) and Σ log shares out."""
 
 
 def sample_shards(
@@ -117,11 +117,13 @@ def _sweeper(shards: Shards, seed: int, workers: int | None, backend: str, clien
     cluster, threads = connected(client) if backend == "dask" else (None, worker_count(workers))
     parts = parts_of(shards.files, shards.compass if shards.kind == DIRECTIONS else None, threads)
 
-    def sweep(log_weights: Floats, number: int) -> Sums:
+    def sweep(log_weights: Floats, number: int) -> tuple[Ints, tuple[int, ...]]:
         jobs = [(part, log_weights, seed, number) for part in parts]
         if cluster is not None:
-            return together(run_on(cluster, draw_part, jobs))
-        return together(run_all(draw_part, jobs, workers=threads, backend=backend))
+            answers = run_on(cluster, draw_part, jobs)
+        else:
+            answers = run_all(draw_part, jobs, workers=threads, backend=backend)
+        return together(answers, log_weights.shape)
 
     return sweep
 
@@ -136,12 +138,12 @@ def _advance(
         try:
             for number in range(records[0].sweeps, settings.sweeps):
                 weights, generators = zip(*(each.weights(prior, concentration) for each in records), strict=True)
-                sums = sweep(np.stack(weights), number)
+                counts, fits = sweep(np.stack(weights), number)
                 after = number + 1 - settings.warmup
-                for record, counts, fit, generator in zip(records, sums.counts, sums.fits, generators, strict=True):
+                for record, row, fit, generator in zip(records, counts, fits, generators, strict=True):
                     total = (fit + shards.peaks) * UNIT
-                    joint = total + log_assignment_prior(counts, prior, concentration)
-                    record.add(counts, total, joint, generator, after > 0 and after % settings.thin == 0)
+                    joint = total + log_assignment_prior(row, prior, concentration)
+                    record.add(row, total, joint, generator, after > 0 and after % settings.thin == 0)
                 display.update((number + 1) * settings.chains, settings.sweeps * settings.chains)
                 if keeper is not None:
                     keeper.write_if_due(records)

@@ -201,7 +201,7 @@ def read_groups(
     Raises ``StorageError`` for a file that cannot be read as what its manifest says.
     """
     try:
-        with parquet.ParquetFile(path, memory_map=True) as file:
+        with parquet.ParquetFile(path) as file:
             for k in groups:
                 table = file.read_row_group(k, columns=list(wanted), use_threads=False)
                 yield {name: _unpacked(table.column(name), *columns[name]) for name in wanted}
