@@ -41,7 +41,7 @@ SHARDED_BUGS = [
     Bug("rows that no weight allows pass", SWEEP, "if not np.isfinite(fits).all():", "if np.isinf(fits).any():",
         DRAWS + "weights_below_every_number_are_told_and_not_drawn"),
     Bug("weights run on when a sweep is lost", "posterior/sharded_chains.py", "copy.deepcopy(self.generator)",
-        "self.generator", DRAWS + "a_sweep_that_fails_leaves_the_chains_as_they_were"),
+        "self.generator", "posterior/test_sharded_stopping.py::test_a_sweep_that_fails_leaves_the_chains_as_they_were"),
     Bug("the likelihood of shards without their maxima", "posterior/sharded.py", "(fit + shards.peaks) * UNIT",
         "fit * UNIT", DRAWS + "without_evidence_the_posterior_is_the_prior"),
     Bug("draws of shards kept one sweep early", "posterior/sharded.py", "after > 0 and after % settings.thin == 0",
