@@ -180,6 +180,15 @@ def one_step_bound(discount: float, heuristic: Heuristic | None, states: Ints, g
     return np.asarray(np.minimum(bound, told))
 
 
+def set_bound(world: LocalWorld, states: Ints, members: Ints) -> Floats:
+    """(M,) upper bounds of E[γ^T] until any of some states is reached: no more than the sum over them, nor than γ."""
+    total = np.zeros(states.size)
+    for member in members:
+        total += world.reach_bound(states, np.array([member]))[:, 0]
+    there = np.isin(states, members)
+    return np.where(there, 1.0, np.minimum(total, world.discount))
+
+
 def local_world(world: Any) -> LocalWorld:
     """``world`` as planning inside an envelope sees it. Raises ``InputError`` for what is no world."""
     if isinstance(world, TabularMDP):

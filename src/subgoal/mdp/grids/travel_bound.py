@@ -8,6 +8,7 @@ Without slip this is γ to the power of the number of king's moves.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,8 @@ from subgoal.runtime.checks import Floats, Ints
 
 DIRECTIONS = 64
 """Directions for which the best w is sought; for others the best of those found is a valid bound too."""
-GOLDEN = (np.sqrt(5) - 1) / 2
+FANNED, ZOOMS = 33, 6
+"""Angles of w that are tried about the best so far, and how often, ever nearer to it."""
 LARGEST = 700.0
 MARGIN = 1e-12
 SAME = 1e-7
@@ -39,17 +41,18 @@ class TravelBound(NamedTuple):
 
 def travel_bound(directions: Ints, slip: tuple[float, ...], discount: float) -> TravelBound:
     """The bound of a grid with these steps (moves, 2), chances of ``GridWorld.slip`` and γ."""
+    return _found(tuple(map(tuple, directions.tolist())), slip, discount)
+
+
+@lru_cache(maxsize=64)
+def _found(steps: tuple[tuple[int, int], ...], slip: tuple[float, ...], discount: float) -> TravelBound:
+    directions = np.array(steps)
     angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    low, high = angle - np.pi / 2, angle + np.pi / 2
-
-    def reach(theta: Floats) -> Floats:
-        return _length(theta, directions, slip, discount) * np.cos(theta - angle)
-
-    for _ in range(60):
-        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        better = reach(left) >= reach(right)
-        low, high = np.where(better, low, left), np.where(better, right, high)
-    theta = (low + high) / 2
+    theta, spread = angle.copy(), np.pi / 2
+    for _ in range(ZOOMS):
+        tried = theta[:, None] + spread * np.linspace(-1, 1, FANNED)
+        reach = _length(tried.ravel(), directions, slip, discount).reshape(tried.shape) * np.cos(tried - angle[:, None])
+        theta, spread = tried[np.arange(DIRECTIONS), reach.argmax(axis=1)], 2 * spread / (FANNED - 1)
     length = _length(theta, directions, slip, discount)
     slopes = np.column_stack([length * np.cos(theta), length * np.sin(theta)])
     _, first = np.unique(np.round(slopes / max(SAME * length.max(), 1e-300)), axis=0, return_index=True)
@@ -63,7 +66,7 @@ def _length(theta: Floats, directions: Ints, slip: tuple[float, ...], discount: 
         return np.full(theta.shape, LARGEST / 2)
     unit = np.column_stack([np.cos(theta), np.sin(theta)]) @ directions.T
     low, high = np.zeros(theta.shape), np.full(theta.shape, LARGEST / 2)
-    for _ in range(100):
+    for _ in range(60):
         middle = (low + high) / 2
         fits = _growth(middle[:, None] * unit, slip) <= 1 / discount
         low, high = np.where(fits, middle, low), np.where(fits, high, middle)

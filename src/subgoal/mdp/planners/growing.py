@@ -10,7 +10,7 @@ import numpy as np
 
 from subgoal._kernels import envelope as envelope_loops
 from subgoal._kernels import first_passage as loops
-from subgoal.mdp.local_world import LocalWorld
+from subgoal.mdp.local_world import LocalWorld, set_bound
 from subgoal.mdp.planners.envelope import Envelope, Inside
 from subgoal.mdp.planners.goals import membership
 from subgoal.mdp.planners.outcome import PlanStatus
@@ -61,13 +61,13 @@ class Bounds(NamedTuple):
 
 def plan_group(world: LocalWorld, goals: list[Ints], states: Ints, settings: Settings) -> Bounds:
     """Bounds of the values at ``states`` (U,) for some goals, each a set of states."""
-    growing = _Growing(world, goals, states, settings)
+    growing = Growing(world, goals, states, settings)
     while not growing.step():
         growing.grow()
     return growing.answer()
 
 
-class _Growing:
+class Growing:
     """One envelope and its two bounds."""
 
     def __init__(self, world: LocalWorld, goals: list[Ints], states: Ints, settings: Settings) -> None:
@@ -184,10 +184,10 @@ class _Growing:
         return value
 
     def _heuristic(self, places: Ints) -> Floats:
-        states, out = self.envelope.states[places], np.zeros((places.size, len(self.sets)))
-        for j, members in enumerate(self.goal_states):
-            for member in members:
-                np.maximum(out[:, j], self.world.reach_bound(states, np.array([member]))[:, 0], out=out[:, j])
+        states = self.envelope.states[places]
+        if all(len(members) == 1 for members in self.goal_states):
+            return self.world.reach_bound(states, np.concatenate(self.goal_states))
+        out = np.stack([set_bound(self.world, states, members) for members in self.goal_states], axis=1)
         return out if self.pinned else out * self.top
 
     def _target(self) -> float:

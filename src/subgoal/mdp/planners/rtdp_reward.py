@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from subgoal._kernels import envelope as loops
-from subgoal.mdp.local_world import LocalWorld, local_world
+from subgoal.mdp.local_world import LocalWorld, local_world, set_bound
 from subgoal.mdp.planners.envelope import Envelope
 from subgoal.mdp.planners.growing import COVER_RINGS, largest_excess, ring_limit
 from subgoal.mdp.planners.outcome import PlanStatus
@@ -125,9 +125,7 @@ class _Outside:
         ends = np.array([self.least, self.most]) / (1 - self.world.discount)
         if self.support is None:
             return np.tile(ends, (states.size, 1))
-        reach = np.zeros(states.size)
-        for each in self.support:
-            np.maximum(reach, self.world.reach_bound(states, np.array([each]))[:, 0], out=reach)
+        reach = set_bound(self.world, states, self.support)
         return np.asarray(reach[:, None] * [min(ends[0], 0.0), max(ends[1], 0.0)])
 
 
