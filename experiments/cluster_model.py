@@ -104,7 +104,12 @@ def mean_sweep(cluster: Cluster, seed: int = 0, sweeps: int = 50) -> SweepCost:
     base = float(ends.mean()) + weights + sums + jobs * cluster.per_job
     losses = cluster.workers * cluster.lost_per_hour * base / 3600
     return SweepCost(
-        work, float(ends.mean()) - work, weights, sums, jobs * cluster.per_job, (1 - np.exp(-losses)) * (cluster.notice + even)
+        work,
+        float(ends.mean()) - work,
+        weights,
+        sums,
+        jobs * cluster.per_job,
+        (1 - np.exp(-losses)) * (cluster.notice + even),
     )
 
 
@@ -118,11 +123,11 @@ def _last_end(cluster: Cluster, even: float, generator: np.random.Generator) -> 
     return float(free.max())
 
 
-def plans(full: float = 5e8, some: float = 5e8) -> dict[str, Cluster]:
-    """The rows of the table; ``full`` and ``some`` are pairs per second for 1,000 columns and for the few in use."""
-    built = Cluster(columns=420, pairs_per_second=some)
+def plans() -> dict[str, Cluster]:
+    """The rows of the table; 420 columns are what four chains with 200 subgoals in use need at η = 1."""
+    built = Cluster(columns=420)
     return {
-        "every candidate for every observation": Cluster(pairs_per_second=full),
+        "every candidate for every observation": Cluster(),
         "candidates whose weight can matter (as built)": built,
         "the same, 8 parts for each worker": replace(built, parts=8),
         "the same as built, weights and sums by a tree": replace(built, tree=True),
