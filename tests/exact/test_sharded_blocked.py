@@ -202,6 +202,19 @@ def test_shares_of_directions_are_those_of_the_oracle(alpha: float) -> None:
     np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-14 + 1e-14 * alpha)
 
 
+def test_compiled_shares_of_directions_are_the_python_form() -> None:
+    """On a goal, too, where there is no direction to it."""
+    generator = np.random.default_rng(7)
+    states, goals = generator.uniform(0, 4, (20, 2)), generator.uniform(0, 4, (2, 5))
+    states[3], units = goals[:, 2], np.tile([0.6, 0.8], (20, 1))
+    given = units, states, np.ascontiguousarray(goals), 0.5, 3.0, 0.6
+    compiled, plain = np.empty((20, 5)), np.empty((20, 5))
+    shard_rows.direction_shares(*given, compiled)
+    with python_form(shard_rows), np.errstate(all="ignore"):
+        shard_rows.direction_shares(*given, plain)
+    np.testing.assert_allclose(compiled, plain, rtol=1e-13)
+
+
 def test_draws_of_directions_are_those_of_their_shares() -> None:
     """More rows than a tile holds."""
     generator = np.random.default_rng(8)

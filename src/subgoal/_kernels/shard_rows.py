@@ -143,7 +143,7 @@ def direction_shares(units, states, goals, near, confidence, uniform, shares):
         for g in range(g_count):
             dx = goals[0, g] - x
             dy = goals[1, g] - y
-            inverse = 1.0 / sqrt(dx * dx + dy * dy)
+            inverse = 1.0 / np.sqrt(dx * dx + dy * dy)
             a, b = along - dx * inverse, across - dy * inverse
             t = scale * sqrt(a * a + b * b)
             tail = C5 + t * (C6 + t * (C7 + t * (C8 + t * (C9 + t * C10))))
