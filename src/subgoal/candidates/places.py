@@ -23,15 +23,25 @@ def epsilon_net(
 ) -> Candidates:
     """Visited places no closer than ``radius`` to each other (thesis Alg. 5 lines 2-7), every end point among them.
 
-    ``radius`` None is 3 % of the largest extent of the states in the metric.
+    ``radius`` None is 3 % of the largest extent of the states in the metric. In a discrete world whose states have
+    coordinates it is a net of these, and the candidates are states.
     """
-    places = np.vstack([demonstrations.final_states, _continuous(demonstrations)])
+    if demonstrations.is_discrete and demonstrations.coordinates is not None:
+        states = np.concatenate([demonstrations.final_states, demonstrations.states])
+        places = np.asarray(demonstrations.coordinates[states])
+    else:
+        states, places = None, np.vstack([demonstrations.final_states, _continuous(demonstrations)])
     metric = Metric.euclidean(places.shape[1]) if metric is None else metric
     if radius is None:
         radius = DEFAULT_NET * float((np.ptp(places, axis=0) * metric.weights).max())
     radius = positive("radius", radius, zero=True)
     ends = np.arange(demonstrations.n_trajectories)
-    return Candidates(points=places[epsilon_net_indices(places, radius, metric, ends)], radius=radius, metric=metric)
+    kept = epsilon_net_indices(places, radius, metric, ends)
+    if states is None:
+        return Candidates(points=places[kept], radius=radius, metric=metric)
+    _, first = np.unique(states[kept], return_index=True)
+    kept = kept[np.sort(first)]
+    return Candidates.from_states(states[kept], points=places[kept], radius=radius, metric=metric)
 
 
 def visited_places(demonstrations: Demonstrations, *, metric: Metric | None = None) -> Candidates:

@@ -85,7 +85,7 @@ class Candidates:
     @classmethod
     def from_states(
         cls, goals: Any, *, coordinates: Any = None, points: Any = None, names: Sequence[str] = (),
-        log_prior: Any = None, radius: float = 0.0,
+        log_prior: Any = None, radius: float = 0.0, metric: Metric | None = None,
     ) -> Candidates:  # fmt: skip
         """States, or sets of states, of a discrete world.
 
@@ -101,7 +101,7 @@ class Candidates:
             if last >= len(table):
                 raise InputError("goals", found=f"state {last}", wanted=f"a state of 0 to {len(table) - 1}")
             points = np.stack([table[each].mean(axis=0) for each in sets])
-        return cls(points=points, names=tuple(names), log_prior=log_prior, radius=radius, goal_sets=sets)
+        return cls(points=points, names=tuple(names), log_prior=log_prior, radius=radius, metric=metric, goal_sets=sets)
 
     @classmethod
     def grid(cls, lower: Any, upper: Any, spacing: float, *, metric: Metric | None = None) -> Candidates:

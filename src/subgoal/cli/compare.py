@@ -5,39 +5,25 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from subgoal.cli import options as o
-from subgoal.runtime.errors import BudgetError, InputError, StoppedError
+from subgoal.runtime.errors import StoppedError
 
 if TYPE_CHECKING:
     from subgoal.irl.compare import Comparison
 
 PRINTED_WIDTH = 110
-CELLS_ACROSS = 20
-"""Cells along the longer side, where no size is given."""
-WORLD = "World"
 
 
 def compare(
     file: o.File,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("out"),
-    cell: Annotated[
-        float | None,
-        typer.Option(
-            help="Side of a cell, in units of the positions; default 1/20 of the extent.", rich_help_panel=WORLD
-        ),
-    ] = None,
-    moves: Annotated[
-        int,
-        typer.Option(
-            help="4 or 8 directions. Paths recorded often cross edges of cells, hardly ever corners.",
-            rich_help_panel=WORLD,
-        ),
-    ] = 4,
-    discount: Annotated[float, typer.Option(help="γ of the world.", rich_help_panel=WORLD)] = 0.95,
+    cell: o.Cell = None,
+    moves: o.Moves = 4,
+    discount: Annotated[float, typer.Option(help="γ of the world.", rich_help_panel=o.WORLD)] = 0.95,
     methods: Annotated[
         str | None,
         typer.Option(
@@ -87,6 +73,7 @@ def compare(
     from rich.console import Console
 
     from subgoal.cli.compose import output_folder
+    from subgoal.cli.gridding import gridded
     from subgoal.cli.table import print_notes
     from subgoal.irl import compare as comparing
     from subgoal.irl.rivals import lasting_posterior, merge_radius
@@ -115,38 +102,6 @@ def compare(
         print(f"Look at {out / 'report.html'}")
     if found.unfinished:
         raise StoppedError(f"stopped before {', '.join(found.unfinished)}; the others stand in {out}")
-
-
-def gridded(
-    file: Path, reading: dict[str, Any], box: Any, cell: float | None, moves: int, discount: float
-) -> tuple[Any, Any, float]:
-    """The grid world around a recording, the recording in it without standing still, and the side of a cell."""
-    from subgoal.demonstrations.read import look
-    from subgoal.demonstrations.recordings import starting_within
-    from subgoal.mdp import Occupancy, to_cells
-    from subgoal.mdp.grids.samples import planar
-    from subgoal.runtime.checks import positive
-
-    if not 0 <= discount < 1:
-        raise InputError("--discount", found=discount, wanted="at least 0 and below 1")
-    recording: Any = look(file, **reading)
-    if box is not None:
-        recording = starting_within(recording, box)
-    positions = planar(recording)
-    extent = float((positions.max(axis=0) - positions.min(axis=0)).max())
-    side = positive("--cell", extent / CELLS_ACROSS if cell is None and extent > 0 else 1.0 if cell is None else cell)
-    try:
-        made = to_cells(
-            recording, Occupancy.around(recording, side), discount=discount, moves=moves, staying="drop"
-        )  # fmt: skip
-    except BudgetError as problem:
-        raise InputError("--cell", found=f"{side:g}", wanted=f"larger cells: {problem}") from None
-    except InputError as problem:
-        if "no trajectory left" not in str(problem):
-            raise
-        wanted = f"cells that something moves between; positions span {extent:g}"
-        raise InputError("--cell", found=f"{side:g}", wanted=wanted, hint="a smaller --cell") from None
-    return *made, side
 
 
 def print_comparison(found: Comparison) -> None:

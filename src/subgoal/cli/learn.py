@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from subgoal.cli import options as o
-from subgoal.runtime.errors import StoppedError
+from subgoal.runtime.errors import InputError, StoppedError
 
 if TYPE_CHECKING:
     from subgoal.likelihood.table import LogLikelihood
     from subgoal.posterior.posterior import Posterior
 
 CONFIDENCE = 3.0
+CELLS = "grid"
+"""Word for planning in cells."""
 PLACES = "Candidate places"
 MODEL = "Model"
 RUN = "Run"
@@ -81,6 +85,9 @@ def learn(
     backend: Annotated[
         str, typer.Option(help="threading, loky (processes) or dask.", rich_help_panel=RUN)
     ] = "threading",
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler, for --backend dask.", rich_help_panel=RUN)
+    ] = None,
     resume: Annotated[bool, typer.Option(help="Go on from the checkpoint in --out.", rich_help_panel=RUN)] = False,
     y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
     sensitivity: o.Sensitivity = False,
@@ -95,7 +102,26 @@ def learn(
     scale: o.Scale = None,
     units: o.Units = None,
     clock: o.Clock = None,
-    likelihood: o.Likelihood = None,
+    likelihood: Annotated[
+        str | None,
+        typer.Option(
+            help="grid: plan in cells, instead of comparing directions. Else the column with the tracker's confidence.",
+            rich_help_panel=MODEL,
+        ),
+    ] = None,
+    cell: o.Cell = None,
+    moves: o.Moves = 4,
+    discount: Annotated[
+        float | None,
+        typer.Option(help="γ of the cells; default: felt across the whole world.", rich_help_panel=o.WORLD),
+    ] = None,
+    map: Annotated[
+        Path | None,
+        typer.Option(help="Where one can be: a picture, bright is free, or a text map.", rich_help_panel=o.WORLD),
+    ] = None,
+    map_corner: Annotated[
+        str | None, typer.Option(help="Least x,y of the map; default 0,0.", rich_help_panel=o.WORLD)
+    ] = None,
     min_likelihood: o.MinLikelihood = None,
     bodypart: o.Bodypart = None,
     start_within: o.StartWithin = None,
@@ -120,14 +146,17 @@ def learn(
 
       subgoal learn poses.txt --rate 20 --out out/
 
+      subgoal learn tracks.csv --likelihood grid --cell 0.5 --map floor.png --out out/
+
       subgoal learn tracks.txt --start-within 480:inf,-inf:140 --every 9 --window 5 -a 10 --y-down
     """
+    world = o.given(cell=cell, discount=discount, map_file=map, corner=o.numbers("--map-corner", map_corner))
     reading = o.given(
         format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
-        group=group, time_scale=time_scale, scale=scale, units=units, clock=clock, likelihood=likelihood,
-        min_likelihood=min_likelihood, bodypart=bodypart, start_within=o.box(start_within), rate=rate, every=every,
-        velocity=velocity, window=window, max_gap=max_gap, thin=thin_radius, period=o.numbers("--period", period),
-        separator=separator, decimal=decimal,
+        group=group, time_scale=time_scale, scale=scale, units=units, clock=clock,
+        likelihood=None if likelihood == CELLS else likelihood, min_likelihood=min_likelihood, bodypart=bodypart,
+        start_within=o.box(start_within), rate=rate, every=every, velocity=velocity, window=window, max_gap=max_gap,
+        thin=thin_radius, period=o.numbers("--period", period), separator=separator, decimal=decimal,
     )  # fmt: skip
     places = o.given(file=candidates, epsilon=epsilon, grid=grid)
     table = {"confidence": confidence, "controller": controller, "gain": gain, "speed_limit": speed_limit}
@@ -136,10 +165,32 @@ def learn(
         concentration=concentration, sampler=sampler, chains=chains, draws=draws, warmup=warmup, thin=thin, seed=seed,
         workers=workers, backend=backend, resume=resume,
     )  # fmt: skip
-    learn_file(
-        file, out, reading, places, metric, table, run,
-        merge_radius=merge_radius, y_down=y_down, quiet=quiet, learn_all=learn_all, sensitive=sensitivity,
-    )  # fmt: skip
+    how: dict[str, Any] = {"merge_radius": merge_radius, "y_down": y_down, "quiet": quiet, "learn_all": learn_all,
+                           "sensitive": sensitivity}  # fmt: skip
+    with scheduler_of(scheduler, backend):
+        if likelihood == CELLS:
+            from subgoal.cli.gridding import learn_in_cells
+
+            learn_in_cells(file, out, reading, places, metric, table, run, world | {"moves": moves}, **how)
+            return
+        if world:
+            option = f"--{next(iter(world)).split('_')[0]}"
+            raise InputError(option, found="given", wanted="--likelihood grid beside it")
+        learn_file(file, out, reading, places, metric, table, run, **how)
+
+
+@contextmanager
+def scheduler_of(address: str | None, backend: str) -> Iterator[None]:
+    """A connected Dask client while it lasts, where there is an address."""
+    if address is None:
+        yield
+        return
+    if backend != "dask":
+        raise InputError("--scheduler", found=address, wanted="--backend dask beside it")
+    from subgoal.runtime.cluster import connect
+
+    with connect(address):
+        yield
 
 
 def learn_file(
@@ -158,15 +209,10 @@ def learn_file(
     sensitive: bool = False,
 ) -> None:
     """The pipeline behind ``learn`` and ``demo``: read, tabulate, sample, write, print."""
-    from subgoal.cli.compose import candidate_places, clock_told, likelihood_table, model_and_sampler, output_folder
-    from subgoal.cli.table import print_results
-    from subgoal.cli.write import write
+    from subgoal.cli.compose import candidate_places, clock_told, likelihood_table, output_folder
     from subgoal.demonstrations.metric import Metric
     from subgoal.demonstrations.read import read
-    from subgoal.reporting.learned import GROUPS_DO_NOT_LAST
-    from subgoal.runtime.checks import positive
 
-    merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
     demonstrations = read(file, **reading)
     if not quiet:
         print(clock_told(demonstrations, file, reading))
@@ -174,17 +220,44 @@ def learn_file(
     chosen = candidate_places(demonstrations, plan, **places)
     fixed = table["confidence"] is not None
     likelihood = likelihood_table(demonstrations, chosen, **(table if fixed else {**table, "confidence": CONFIDENCE}))
-    kind = {"grouped": "group" in reading, "learn_all": learn_all}
-    if learn_all and kind["grouped"] and not quiet:
-        print(f"note: {GROUPS_DO_NOT_LAST}")
-    run = run | model_and_sampler(demonstrations, run.pop("sampler", None), **kind)
-    run |= {"confidence": None} if learn_all and fixed else {}
     with output_folder(out) as folder:
-        posterior = _sampled(likelihood, folder, run, learn_all=learn_all, quiet=quiet)
-        complete = posterior.n_draws == posterior.settings.draws
-        results = write(
-            posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitive and complete, quiet=quiet
-        )
+        learn_table(
+            likelihood, folder, run, merge_radius=merge_radius, y_down=y_down, quiet=quiet, learn_all=learn_all,
+            sensitive=sensitive, fixed=fixed, grouped="group" in reading,
+        )  # fmt: skip
+
+
+def learn_table(
+    likelihood: LogLikelihood,
+    folder: Path,
+    run: dict[str, Any],
+    *,
+    merge_radius: float | None,
+    y_down: bool,
+    quiet: bool,
+    learn_all: bool,
+    sensitive: bool,
+    fixed: bool,
+    grouped: bool,
+) -> None:
+    """Sample, write and print, of a likelihood with its demonstrations; ``fixed`` keeps its confidence."""
+    from subgoal.cli.compose import model_and_sampler
+    from subgoal.cli.table import print_results
+    from subgoal.cli.write import write
+    from subgoal.reporting.learned import GROUPS_DO_NOT_LAST
+    from subgoal.runtime.checks import positive
+
+    merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
+    if learn_all and grouped and not quiet:
+        print(f"note: {GROUPS_DO_NOT_LAST}")
+    sampler = run.pop("sampler", None)
+    run = run | model_and_sampler(likelihood.demonstrations, sampler, grouped=grouped, learn_all=learn_all)
+    run |= {"confidence": None} if learn_all and fixed else {}
+    posterior = _sampled(likelihood, folder, run, learn_all=learn_all, quiet=quiet)
+    complete = posterior.n_draws == posterior.settings.draws
+    results = write(
+        posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitive and complete, quiet=quiet
+    )
     if not quiet:
         print_results(posterior, results, folder)
     if not complete:

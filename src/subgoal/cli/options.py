@@ -50,6 +50,17 @@ Clock = Annotated[
     str | None, typer.Option(help="When times go back: refuse, sort, split or drop.", rich_help_panel=READING)
 ]
 Likelihood = Annotated[str | None, typer.Option(help="Column with the tracker's confidence.", rich_help_panel=READING)]
+WORLD = "World"
+Cell = Annotated[
+    float | None,
+    typer.Option(help="Side of a cell, in units of the positions; default 1/20 of the extent.", rich_help_panel=WORLD),
+]
+Moves = Annotated[
+    int,
+    typer.Option(
+        help="4 or 8 directions. Paths recorded often cross edges of cells, hardly ever corners.", rich_help_panel=WORLD
+    ),
+]
 MinLikelihood = Annotated[
     float | None, typer.Option(help="Drop samples the tracker trusts less.", rich_help_panel=READING)
 ]

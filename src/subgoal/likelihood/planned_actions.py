@@ -148,6 +148,15 @@ class PlannedActions:
         """No log probability is further from the exact one than this: 2α times the error of the action values."""
         return 2 * confidence * self.plan.error_bound
 
+    def told(self, confidence: float) -> str:
+        """Which planner was used and how wrong it may be, in words."""
+        plan, error = self.plan, self.largest_error(confidence)
+        if plan.half_gap is None:
+            return f"exact, for the whole world; log probabilities are wrong by at most {error:.2g} nats"
+        told = f"real-time dynamic programming in envelopes of up to {plan.n_inside:,} states"
+        wrong = f"log probabilities are wrong by at most {error:.2g} nats, the log likelihood by"
+        return f"{told}; {plan.status.value}; {wrong} {self.total_error(confidence):.2g}"
+
     def total_error(self, confidence: float) -> float:
         """No log likelihood of an assignment of all observations is further from the exact one than this."""
         gap = self.plan.half_gap
@@ -202,7 +211,8 @@ def planned_actions(
     -----
     Where a candidate cannot be reached from a state, whatever is done, all actions are equally good and the density is
     uniform over the legal ones; how many pairs of observation and candidate this concerns is noted in the source of the
-    demonstrations, and so are the planner and its error. Memory: 8·U·(A + 1)·G bytes for U different observed states.
+    demonstrations. The planner and its error are told by ``LogLikelihood.planner`` and in reports. Memory:
+    8·U·(A + 1)·G bytes for U different observed states.
 
     Warns
     -----
@@ -246,26 +256,11 @@ def planned_actions(
     noted = demonstrations.source.noting(
         observations_with_one_legal_action=int(single.sum()),
         pairs_of_observation_and_candidate_out_of_reach=int(plan.unreachable[row].sum()),
-        **_planning_notes(source, confidence),
     )
+    if plan.status is PlanStatus.BUDGET:
+        error = f"log probabilities are wrong by up to {source.largest_error(confidence):.3g} nats"
+        warnings.warn(f"{plan.status.value} ({error})", PlanningWarning, stacklevel=2)
     return LogLikelihood(source, confidence, candidates, replace(demonstrations, source=noted), dense_entries)
-
-
-def _planning_notes(source: PlannedActions, confidence: float) -> dict[str, Any]:
-    """Which planner was used and how wrong it may be; a warning where that is more than was asked for."""
-    plan = source.plan
-    if plan.half_gap is None:
-        return {}
-    error, total = source.largest_error(confidence), source.total_error(confidence)
-    if plan.status is not PlanStatus.SOLVED:
-        told = f"{plan.status.value} (log probabilities are wrong by {error:.3g} nats at most)"
-        warnings.warn(told, PlanningWarning, stacklevel=3)
-    return {
-        "planner": f"real-time dynamic programming with bounds, {plan.n_inside} states in the largest envelope",
-        "planning": plan.status.value,
-        "largest_error_of_a_log_probability_in_nats": float(f"{error:.3g}"),
-        "largest_error_of_the_log_likelihood_in_nats": float(f"{total:.3g}"),
-    }
 
 
 def refuse_large_plan(states: int, actions: int, candidates: int) -> None:

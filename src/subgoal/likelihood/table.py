@@ -123,6 +123,15 @@ class LogLikelihood:
         return self.demonstrations.offset
 
     @property
+    def planner(self) -> str:
+        """How actions were planned and how wrong that may be, in words; nothing where they were not."""
+        told = getattr(self.source, "told", None)
+        if told is None:
+            return ""
+        most = self.confidence.confidences if isinstance(self.confidence, Levels) else self.confidence
+        return str(told(float(np.max(most))))
+
+    @property
     def is_dense(self) -> bool:
         """Whether the whole table is held."""
         return self.n_observations * self.n_candidates <= self.dense_entries

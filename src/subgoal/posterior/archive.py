@@ -14,7 +14,7 @@ from subgoal.candidates import Candidates
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations, Source
 from subgoal.likelihood.action_comparison import action_comparison
-from subgoal.likelihood.planned_actions import planned_actions
+from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, planned_actions
 from subgoal.likelihood.source import Levels
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.mdp.planners.subgoal_plan import Convention
@@ -127,7 +127,10 @@ def _planned_again(posterior: Posterior, mdp: TabularMDP, convention: Convention
     settings = posterior.settings
     if settings.likelihood != PLANNED:
         raise StorageError("mdp", found=f"a posterior of {settings.likelihood!r}", wanted=f"one of {PLANNED!r}")
-    fresh = planned_actions(posterior.demonstrations, posterior.candidates, mdp, convention=convention)
+    level = settings.confidence if isinstance(settings.confidence, float) else DEFAULT_CONFIDENCE
+    fresh = planned_actions(
+        posterior.demonstrations, posterior.candidates, mdp, convention=convention, confidence=level
+    )
     likelihood = noise.given_to(replace(fresh, demonstrations=posterior.demonstrations))
     if checksum_of(likelihood) != settings.data:
         raise StorageError("mdp", found="another world, discount or convention", wanted="those of the posterior")

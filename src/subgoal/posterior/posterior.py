@@ -25,7 +25,7 @@ class Settings:
     """Everything that decides the draws: with the same settings and data they are the same.
 
     ``concentration`` and ``confidence`` are numbers, or a prior in words where they were learned; ``model`` says how
-    subgoals follow each other.
+    subgoals follow each other, ``planner`` how actions were planned and how wrong that may be, where they were.
     """
 
     sampler: str
@@ -41,6 +41,7 @@ class Settings:
     version: str
     model: str = EXCHANGEABLE
     background: float = 0.0
+    planner: str = ""
 
     @property
     def sweeps(self) -> int:

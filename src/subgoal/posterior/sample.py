@@ -114,6 +114,7 @@ def sample(
         told(likelihood.confidence if confidence is None else confidence), whole("chains", chains),
         whole("draws", draws), whole("warmup", warmup, least=0), whole("thin", thin), whole("seed", seed, least=0),
         likelihood.source.kind, "", VERSION, EXCHANGEABLE if model is None else words(model), likelihood.background,
+        likelihood.planner,
     )  # fmt: skip
     refuse_above_budget(likelihood, settings, advance, memory_budget)
     begin = time.monotonic()

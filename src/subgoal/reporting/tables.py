@@ -134,6 +134,7 @@ def provenance_table(posterior: Posterior, found: Subgoals) -> str:
         "candidates": f"{posterior.candidates.n_candidates:,}, radius {radius:.4g} {demos.units}",
         "merged within": f"{found.merge_radius:.4g} {demos.units}",
         "likelihood": used.likelihood,
+        **({"planner": used.planner} if used.planner else {}),
         "confidence": f"{posterior.confidence:g}",
         "concentration": f"{posterior.concentration:g}",
         "sampler": used.sampler,
