@@ -1,6 +1,7 @@
 """Methods that learn one reward from demonstrations, their priors, and the comparison with subgoals."""
 
 from subgoal.irl.apprenticeship import apprenticeship
+from subgoal.irl.apprenticeship_local import LocalReward, apprenticeship_in_envelope
 from subgoal.irl.bayesian import anneal_reward, bayesian_irl, cooling
 from subgoal.irl.cloning import behaviour_cloning
 from subgoal.irl.compare import Comparison, compare
@@ -18,12 +19,14 @@ __all__ = [
     "Fitted",
     "Gaussian",
     "Laplace",
+    "LocalReward",
     "RewardPosterior",
     "SingleReward",
     "ThreePeaks",
     "Uniform",
     "anneal_reward",
     "apprenticeship",
+    "apprenticeship_in_envelope",
     "bayesian_irl",
     "behaviour_cloning",
     "compare",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from subgoal._kernels import envelope as loops
-from subgoal.mdp.local_world import LocalWorld, local_world, set_bound
+from subgoal.mdp.local_world import LocalWorld, local_world
 from subgoal.mdp.planners.envelope import Envelope
 from subgoal.mdp.planners.growing import COVER_RINGS, largest_excess, ring_limit
 from subgoal.mdp.planners.outcome import PlanStatus
@@ -21,6 +21,8 @@ StateReward = Callable[[Ints], Any]
 """``reward(states (M,))`` gives (M,) rewards R(s)."""
 FINE, FINEST = 0.02, 1e-12
 MOST_SWEEPS, FLOW_SWEEPS = 100_000, 200
+PART = 4096
+"""States that are asked at a time how far the support is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +105,8 @@ def rtdp_reward(
     top = (most - least) / (1 - seen.discount)
     wanted = max(1e-3 * top, 1e-12) if tolerance is None else positive("tolerance", tolerance)
     kept = np.atleast_1d(seen.check("states", states))
-    known = None if support is None else np.unique(seen.check("support", support))
-    outside = _Outside(seen, least, most, known)
+    known = np.unique(seen.check("support", np.zeros(0, np.int64) if support is None else support))
+    outside = _Outside(seen, least, most, known if support is not None else None, _told(reward, known, least, most))
     growing = _Growing(seen, reward, kept, outside, wanted, whole("most_states", most_states), envelope)
     while not growing.step():
         growing.grow()
@@ -119,14 +121,18 @@ class _Outside:
     least: float
     most: float
     support: Ints | None
+    own: Floats
+    """(K,) rewards of the support."""
 
     def bounds(self, states: Ints) -> Floats:
         """(M, 2)."""
         ends = np.array([self.least, self.most]) / (1 - self.world.discount)
         if self.support is None:
             return np.tile(ends, (states.size, 1))
-        reach = set_bound(self.world, states, self.support)
-        return np.asarray(reach[:, None] * [min(ends[0], 0.0), max(ends[1], 0.0)])
+        held = np.stack([np.minimum(self.own, 0.0), np.maximum(self.own, 0.0)], axis=1) / (1 - self.world.discount)
+        parts = [states[i : i + PART] for i in range(0, states.size, PART)]
+        told = [self.world.reach_bound(part, self.support) @ held for part in parts]
+        return np.asarray(np.clip(np.concatenate([np.zeros((0, 2)), *told]), min(ends[0], 0.0), max(ends[1], 0.0)))
 
 
 class _Growing:
@@ -149,10 +155,7 @@ class _Growing:
         """Back up both bounds inside; whether that is the end."""
         envelope = self.envelope
         new = envelope.states[len(self.value) :].copy()
-        told = np.asarray(self.reward_of(new), float)
-        if told.shape != new.shape or not ((told >= self.outside.least) & (told <= self.outside.most)).all():
-            wanted = f"({new.size},) numbers of {self.outside.least} to {self.outside.most}"
-            raise InputError("reward", found=f"shape {told.shape}, {told.min()} to {told.max()}", wanted=wanted)
+        told = _told(self.reward_of, new, self.outside.least, self.outside.most)
         self.reward = np.concatenate([self.reward, told])
         self.value = np.concatenate([self.value, self.outside.bounds(new)])
         self.table = envelope.table()
@@ -190,7 +193,7 @@ class _Growing:
             self.fine *= 0.1
             return
         most = ring_limit(envelope.n_inside, self.most_states)
-        envelope.expand_rings(largest_excess(excess, edge), COVER_RINGS, most, _everything)
+        envelope.expand_rings(largest_excess(excess, edge), COVER_RINGS, most, _nothing)
 
     def _rows(self) -> Floats:
         """(2, U, A) R(s) + γ Σ P(s' | s, a) V(s'), −inf for illegal actions."""
@@ -209,5 +212,15 @@ class _Growing:
         return RewardBounds(self.states, value, self.rows, self.status, self.envelope)
 
 
-def _everything(places: Ints) -> Bools:
-    return np.ones(places.size, bool)
+def _told(reward: StateReward, states: Ints, least: float, most: float) -> Floats:
+    """(M,) rewards, within their bounds."""
+    told = np.asarray(reward(states), float)
+    if told.shape != states.shape or not ((told >= least) & (told <= most)).all():
+        found = f"shape {told.shape}, {told.min(initial=np.inf)} to {told.max(initial=-np.inf)}"
+        raise InputError("reward", found=found, wanted=f"({states.size},) numbers of {least} to {most}")
+    return told
+
+
+def _nothing(places: Ints) -> Bools:
+    """Without a way to tell what a ring further out is worth, it is left to the next growth."""
+    return np.zeros(places.size, bool)
