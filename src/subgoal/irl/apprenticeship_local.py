@@ -158,7 +158,7 @@ class _Features:
             found = "neither" if support is None else "both"
             raise InputError("support, feature_bounds", found=found, wanted="one of them")
         self.function, self.n_features = function, 0
-        self.support = None if support is None else np.unique(world.check("support", support))
+        self.support: Any = None if support is None else np.unique(world.check("support", support))
         self.limits: Any = None
         if bounds is not None:
             self.limits = real_array("feature_bounds", bounds, ndim=2)
