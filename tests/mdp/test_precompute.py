@@ -97,9 +97,7 @@ def test_a_cluster_gives_the_same_plan(plain: SubgoalPlan, cluster: Any) -> None
     assert_same(planned(backend="dask"), plain)
 
 
-def test_a_worker_of_a_cluster_that_is_killed_changes_nothing(
-    plain: SubgoalPlan, cluster: Any, tmp_path: Path
-) -> None:
+def test_a_worker_of_a_cluster_that_is_killed_changes_nothing(plain: SubgoalPlan, cluster: Any, tmp_path: Path) -> None:
     before = set(cluster.run(os.getpid).values())
     deadly = Deadly(WORLD, int(GOALS[12]), tmp_path / "dead")
     assert_same(planned(world=deadly, backend="dask"), plain)
@@ -163,7 +161,7 @@ def test_nothing_is_taken_for_something_else(tmp_path: Path, other: dict) -> Non
 
 def test_a_world_without_a_name_is_not_kept(tmp_path: Path) -> None:
     nameless = ImplicitGrid(100, 100, 0.9, free=lambda x, y: x >= 0)
-    with pytest.raises(InputError, match="cache: found ImplicitGrid.*told by a function, wanted one that is known"):
+    with pytest.raises(InputError, match=r"cache: found ImplicitGrid.*told by a function, wanted one that is known"):
         rtdp_subgoals(nameless, [5], states=[7], cache=tmp_path)
 
 
