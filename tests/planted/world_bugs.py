@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.planted.bug import Bug
 
-PASSAGE, PLAN, GRID = "_kernels/first_passage.py", "mdp/planners/first_passage.py", "mdp/grids/grid.py"
+PASSAGE, PLAN, GRID = "_kernels/first_passage.py", "mdp/planners/first_passage.py", "_kernels/grid_rows.py"
 SOFTMAX, PLANNED = "_kernels/softmax.py", "likelihood/planned_actions.py"
 PREDICT, SCORES = "answers/predictions.py", "answers/scores.py"
 VALUES = "mdp/test_first_passage.py::test_values_are_those_of_policy_iteration[{}-0.99-{}]"
@@ -41,7 +41,7 @@ WORLDS = [
         "mdp/test_first_passage.py::test_small_values_satisfy_their_equation_in_a_noisy_maze"),
     Bug("rows that sum to more than one are forgotten", PLAN, "self.mdp.discount * fullest", "self.mdp.discount",
         "mdp/test_first_passage.py::test_rows_that_sum_to_a_little_more_than_one_are_in_the_error_bound"),
-    Bug("slip turned the other way", GRID, "(action + k) % self.moves", "(action - k) % self.moves",
+    Bug("slip turned the other way", GRID, "(a + k) % moves", "(a - k) % moves",
         "mdp/test_grid.py"),
     Bug("rows may be one percent off", "mdp/tabular.py", "ROW_TOLERANCE = 1e-8", "ROW_TOLERANCE = 0.02",
         "mdp/test_tabular.py::test_rows_that_do_not_sum_to_one"),
@@ -57,7 +57,7 @@ WORLDS = [
     Bug("states and actions exchanged", PLANNED, "code // mdp.n_actions, code % mdp.n_actions",
         "code // mdp.n_actions, (code + 1) % mdp.n_actions",
         TABLE + "::test_the_table_is_a_log_softmax_of_exact_action_values[10.0-continuing]"),
-    Bug("illegal actions pass", PLANNED, "(~mdp.available[states,", "((actions < -9) & ~mdp.available[states,",
+    Bug("illegal actions pass", PLANNED, "(~legal[row, np.clip(", "((actions < -9) & ~legal[row, np.clip(",
         TABLE + "::test_pairs_that_the_world_does_not_have"),
     Bug("successors without the visited", "candidates/states.py", "np.union1d(states, ahead)", "np.unique(ahead)",
         "likelihood/test_planned_actions.py::test_candidate_states"),
