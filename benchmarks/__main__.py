@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import command, planning, sampling, table, temporal
+from benchmarks import command, large_worlds, planning, sampling, table, temporal
 
 
 def main() -> int:
@@ -18,6 +18,7 @@ def main() -> int:
         table.tiled_pass,
         planning.subgoals,
         planning.table_4_1,
+        large_worlds.envelopes,
         command.learn,
     ):
         answer = case()
