@@ -8,7 +8,7 @@ LOOPS, GROWING, RTDP = "_kernels/envelope.py", "mdp/planners/growing.py", "mdp/p
 KEPT, REWARD, LITERAL = "mdp/planners/precompute.py", "mdp/planners/rtdp_reward.py", "mdp/planners/rtdp_literal.py"
 WORLD, IMPLICIT = "mdp/local_world.py", "mdp/grids/implicit_grid.py"
 OF_RTDP, OF_KERNELS = "mdp/test_rtdp.py::test_", "mdp/test_envelope_kernels.py::test_"
-OF_WORLDS = "mdp/test_local_worlds.py::test_"
+OF_WORLDS, OF_REWARDS = "mdp/test_local_worlds.py::test_", "mdp/test_rtdp_reward.py::test_"
 BOUNDS = OF_RTDP + "no_bound_is_violated_after_any_growth_of_the_envelope[0-random_grid]"
 TAKEN = "mdp/test_precompute.py::test_nothing_is_taken_for_something_else"
 LEFT = OF_KERNELS + "what_is_expected_outside_is_discounted_and_weighed_by_its_chance[0]"
@@ -46,14 +46,16 @@ ENVELOPE_BUGS = [
         OF_KERNELS + "slips_turn_the_same_way_in_a_grid_of_any_size[lower-8]"),
     Bug("what is expected outside is not discounted", LOOPS, "mass[t] += here * weight[e]",
         "mass[t] += here * weight[e] / weight[row_edge[chosen[s]] : row_edge[chosen[s] + 1]].sum()", LEFT),
-    Bug("greedy behaviour goes on from where it should stop", LOOPS, "if stops[s]:", "if stops[s] and here > 1.0:", LEFT),
+    Bug("greedy behaviour goes on from where it should stop", LOOPS, "if stops[s]:", "if stops[s] and here > 1.0:",
+        LEFT),
     Bug("where episodes are over nothing is paid", LOOPS, "best = reward[s]", "best = 0.0",
         OF_KERNELS + "values_inside_solve_their_equation_and_those_at_the_edge_stay[0]"),
     Bug("places that are never backed up", LOOPS, "if inside[s] and not listed[s]:", "if False:",
         OF_KERNELS + "everything_inside_is_backed_up_once_and_the_near_first[0]"),
     Bug("a reward that is paid once outside", REWARD,
         "ends = np.array([self.least, self.most]) / (1 - self.world.discount)",
-        "ends = np.array([self.least, self.most])", "mdp/test_rtdp_reward.py::test_the_bounds_hold_however_small_the_envelope[anywhere-random_grid]"),
+        "ends = np.array([self.least, self.most])",
+        OF_REWARDS + "the_bounds_hold_however_small_the_envelope[anywhere-random_grid]"),
     Bug("the printed form hopes for more outside", LITERAL, "value = np.zeros((envelope.n_met, 1))",
         "value = np.ones((envelope.n_met, 1))", OF_WORLDS + "the_printed_form_gives_lower_bounds_stage_by_stage"),
     Bug("how far a discount is felt, one step short", "mdp/planners/horizon.py", "log(alpha * (1 + gamma) / least)",
