@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from subgoal.mdp.grids.grid import THESIS_SLIP
+from subgoal.mdp.grids.grid import THESIS_SLIP, GridWorld
 from subgoal.mdp.grids.implicit_grid import ImplicitGrid
 from subgoal.mdp.planners import precompute
+from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.mdp.planners.rtdp import rtdp_subgoals
 from subgoal.mdp.planners.subgoal_plan import SubgoalPlan
 from subgoal.runtime.cluster import connect
@@ -81,6 +82,20 @@ def test_work_that_kills_every_process_is_given_up(tmp_path: Path, monkeypatch: 
         planned(world=deadly, workers=2, backend="loky")
 
 
+def exactly(**how: Any) -> SubgoalPlan:
+    grid = GridWorld(np.random.default_rng(0).random((40, 40)) > 0.2, 0.95, slip=THESIS_SLIP)
+    states = np.arange(0, grid.n_states, 7)
+    return plan_subgoals(grid.mdp, states, states=states, **how)
+
+
+@pytest.mark.parametrize("how", [{"workers": 2}, {"workers": 2, "backend": "loky"}], ids=str)
+def test_an_exact_plan_does_not_depend_on_who_made_it(how: dict) -> None:
+    plain, ours = exactly(workers=1), exactly(**how)
+    np.testing.assert_array_equal(ours.action_values, plain.action_values)
+    np.testing.assert_array_equal(ours.value, plain.value)
+    assert ours.error_bound == plain.error_bound
+
+
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
     distributed = pytest.importorskip("distributed", reason="the dask extra is not installed")
@@ -95,6 +110,7 @@ def cluster() -> Iterator[Any]:
 
 def test_a_cluster_gives_the_same_plan(plain: SubgoalPlan, cluster: Any) -> None:
     assert_same(planned(backend="dask"), plain)
+    np.testing.assert_array_equal(exactly(backend="dask").action_values, exactly().action_values)
 
 
 def test_a_worker_of_a_cluster_that_is_killed_changes_nothing(plain: SubgoalPlan, cluster: Any, tmp_path: Path) -> None:

@@ -77,13 +77,15 @@ def planned_likelihood(
     from subgoal.candidates import epsilon_net
     from subgoal.likelihood.planned_actions import planned_actions
     from subgoal.likelihood.planners import SMALL_GRID
-    from subgoal.mdp import rtdp_subgoals
+    from subgoal.mdp import plan_subgoals, rtdp_subgoals
     from subgoal.runtime.progress import progress_display
 
     candidates = epsilon_net(demonstrations, epsilon)
     large = world.n_states > SMALL_GRID
     backend = run.get("backend", "threading")
-    planner = partial(rtdp_subgoals, cache=folder / ".plans", backend=backend) if large else None
+    planner: Any = partial(plan_subgoals, backend=backend)
+    if large:
+        planner = partial(rtdp_subgoals, cache=folder / ".plans", backend=backend)
     if not quiet:
         print(f"{world.n_states:,} cells, discount {world.discount:.6g}, {demonstrations.n_observations:,} decisions, "
               f"{candidates.n_candidates} candidates")  # fmt: skip

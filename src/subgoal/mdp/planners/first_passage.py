@@ -9,7 +9,7 @@ time at the goal, h(s) = max over policies of E[γ^T], which is solved with the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -22,7 +22,7 @@ from subgoal.mdp.planners.subgoal_plan import Convention, SubgoalPlan
 from subgoal.mdp.tabular import TabularMDP, check_states, check_world
 from subgoal.runtime.checks import Floats, Ints, positive, whole
 from subgoal.runtime.errors import InputError, PlanningError
-from subgoal.runtime.executor import run_all
+from subgoal.runtime.executor import run_each
 from subgoal.runtime.progress import Progress, Silent
 
 LANES = 20
@@ -56,6 +56,10 @@ class _Compressed(NamedTuple):
 
 
 class _Solved(NamedTuple):
+    """One group of J goals: (U, J) values, (U, A, J) action values of the kept states, and what they are worth."""
+
+    value: Floats
+    rows: Any
     error: float
     limited: bool
     sweeps: int
@@ -72,6 +76,7 @@ def plan_subgoals(
     relative: bool = False,
     most_sweeps: int = 100_000,
     workers: int | None = None,
+    backend: str = "threading",
     allow_unconverged: bool = False,
     progress: Progress | None = None,
 ) -> SubgoalPlan:
@@ -96,8 +101,9 @@ def plan_subgoals(
         from the goal, where the values of all actions are within the tolerance of each other.
     most_sweeps:
         For each group of goals.
-    workers:
-        Threads; the values do not depend on how many.
+    workers, backend:
+        Groups of up to 20 goals near each other are planned for apart: in threads, in processes ("loky") or on a
+        connected Dask cluster ("dask"). The values do not depend on it.
     allow_unconverged:
         Return what was reached, with its status, instead of raising.
     progress:
@@ -128,17 +134,24 @@ def plan_subgoals(
     n_rows = mdp.n_states if kept is None else kept.size
     value = np.empty((n_rows, len(sets)))
     rows = None if kept is None else np.empty((n_rows, mdp.n_actions, len(sets)))
-    job = _Job(mdp, sets, kept, convention, tolerance, relative, whole("most_sweeps", most_sweeps), value, rows)
-    if workers is None and mdp.n_states * len(sets) < WORTH_THREADS:
+    job = _Job(mdp, sets, kept, convention, tolerance, relative, whole("most_sweeps", most_sweeps))
+    if workers is None and backend == "threading" and mdp.n_states * len(sets) < WORTH_THREADS:
         workers = 1
+    solved, done, jobs = [], 0, [(group,) for group in job.groups]
     with progress or Silent() as display:
-        solved = run_all(lambda group: job.solve(group, display), [(group,) for group in job.groups], workers=workers)
-    return _collected(job, solved, allow_unconverged, asked)
+        for (group,), each in zip(jobs, run_each(job.solve, jobs, workers=workers, backend=backend), strict=True):
+            value[:, group] = each.value
+            if rows is not None:
+                rows[:, :, group] = each.rows
+            solved.append(each._replace(value=value[:0], rows=None))
+            done += group.size
+            display.update(done, len(sets))
+    return _collected(job, value, rows, solved, allow_unconverged, asked)
 
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """What all groups of goals share; each group writes its own columns of ``value`` and ``rows``."""
+    """What all groups of goals share."""
 
     mdp: TabularMDP
     sets: list[Ints]
@@ -147,9 +160,6 @@ class _Job:
     tolerance: float
     relative: bool
     most_sweeps: int
-    value: Floats
-    rows: Any
-    done: list[int] = field(default_factory=list)
 
     @cached_property
     def table(self) -> _Compressed:
@@ -178,7 +188,7 @@ class _Job:
             groups += [kind[label == k] for k in range(label.max() + 1)]
         return groups
 
-    def solve(self, group: Ints, display: Progress) -> _Solved:
+    def solve(self, group: Ints) -> _Solved:
         """One group, tightened until the error bound of the values is within the tolerance."""
         table, mdp = self.table, self.mdp
         sets = [self.sets[g] for g in group]
@@ -201,10 +211,7 @@ class _Job:
                 break
             target = max(FLOOR, target * min(0.1, SAFETY * self.tolerance / error))
         value *= scale
-        self._keep(group, sets, value)
-        self.done.append(len(group))
-        display.update(sum(self.done), len(self.sets))
-        return _Solved(error, sweeps >= self.most_sweeps, sweeps, backups)
+        return _Solved(*self._kept(sets, value), error, sweeps >= self.most_sweeps, sweeps, backups)
 
     def _first_target(self, pinned: bool) -> float:
         """Largest change of a pass that promises the tolerance away from the goal."""
@@ -233,11 +240,11 @@ class _Job:
         loops.action_rows(states, mdp.offset, mdp.successor, mdp.probability, mdp.n_actions, mdp.discount, value, out)
         return out
 
-    def _keep(self, group: Ints, sets: list[Ints], value: Floats) -> None:
-        """Write values and action values of the kept states, a block at a time, or all values."""
+    def _kept(self, sets: list[Ints], value: Floats) -> tuple[Floats, Any]:
+        """Values and action values of the kept states, made a block at a time; or all values."""
         if self.kept is None:
-            self.value[:, group] = value
-            return
+            return value, None
+        out = np.empty((self.kept.size, self.mdp.n_actions, len(sets)))
         for start in range(0, self.kept.size, ROWS):
             block = slice(start, start + ROWS)
             states = self.kept[block]
@@ -245,12 +252,13 @@ class _Job:
             rows = self._ahead(states, value)
             if self.convention == "absorbing":
                 rows[at & np.isfinite(rows)] = 0.0
-            rows += at
-            self.value[block, group] = value[states]
-            self.rows[block, :, group] = rows
+            out[block] = rows + at
+        return value[self.kept], out
 
 
-def _collected(job: _Job, solved: Sequence[_Solved], allow_unconverged: bool, asked: bool) -> SubgoalPlan:
+def _collected(
+    job: _Job, value: Floats, rows: Any, solved: Sequence[_Solved], allow_unconverged: bool, asked: bool
+) -> SubgoalPlan:
     error = max(each.error for each in solved)
     limited = any(each.limited and not each.error <= job.tolerance for each in solved)
     status = PlanStatus.SOLVED if error <= job.tolerance else PlanStatus.LIMIT if limited else PlanStatus.ROUNDING
@@ -261,6 +269,6 @@ def _collected(job: _Job, solved: Sequence[_Solved], allow_unconverged: bool, as
         raise PlanningError(f"planning for {len(job.sets)} subgoals: {status.value}, {hint} ({bound})")
     states = np.arange(job.mdp.n_states) if job.kept is None else job.kept
     return SubgoalPlan(
-        states, job.value, job.rows, job.convention, error, job.tolerance, status, sum(each.sweeps for each in solved),
+        states, value, rows, job.convention, error, job.tolerance, status, sum(each.sweeps for each in solved),
         sum(each.backups for each in solved), job.relative,
     )  # fmt: skip
