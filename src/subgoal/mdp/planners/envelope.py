@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from subgoal._kernels import envelope as loops
 from subgoal._kernels.first_passage import compress_rows, distance_order, find_predecessors
 from subgoal.mdp.local_world import LocalWorld, Rows
+from subgoal.mdp.planners.compressed import CompressedRows
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.runtime.checks import Bools, Floats, Ints
 
 FIRST_ROOM = 1024
-
-
-class Inside(NamedTuple):
-    """Compressed rows of the envelope by place, and predecessors, as ``_kernels.first_passage`` wants them."""
-
-    state_edge: Ints
-    row_edge: Ints
-    to: Any
-    weight: Floats
-    gain: Floats
-    edge: Ints
-    before: Any
 
 
 class Envelope:
@@ -108,14 +97,14 @@ class Envelope:
             if ring.size > most:
                 return
 
-    def table(self) -> Inside:
+    def table(self) -> CompressedRows:
         """The rows by place, states at the edge having none."""
         row_edge, to, weight, gain = self._joined()
         number = np.maximum(self._number[: self.n_met], 0)
         rows = loops.rows_in_order(self._first[: self.n_met], number, row_edge, to, weight, gain)
-        return Inside(*rows, *find_predecessors(*rows[:3]))
+        return CompressedRows(*rows, *find_predecessors(*rows[:3]))
 
-    def order(self, table: Inside, goals: Ints) -> Ints:
+    def order(self, table: CompressedRows, goals: Ints) -> Ints:
         """Places inside, those first from which a goal is reached soonest."""
         return np.asarray(loops.sweep_order(distance_order(goals, table.edge, table.before), self.inside))
 

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from subgoal._kernels import first_passage as loops
+from subgoal.mdp.planners.compressed import CompressedRows
 from subgoal.mdp.planners.goals import goal_sets, membership
 from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.planners.subgoal_plan import Convention, SubgoalPlan
@@ -41,18 +42,6 @@ ROWS = 1024
 """States whose action values are written at a time."""
 ROUNDING = 2e-15
 """What the backup of a value of one may be wrong by in its last digits."""
-
-
-class _Compressed(NamedTuple):
-    """The transition table as the loops want it."""
-
-    state_edge: Ints
-    row_edge: Ints
-    to: Any
-    weight: Floats
-    gain: Floats
-    edge: Ints
-    before: Any
 
 
 class _Solved(NamedTuple):
@@ -162,12 +151,12 @@ class _Job:
     most_sweeps: int
 
     @cached_property
-    def table(self) -> _Compressed:
+    def table(self) -> CompressedRows:
         """Compressed once for all goals."""
         mdp = self.mdp
         own = np.arange(mdp.n_states)
         rows = loops.compress_rows(mdp.offset, mdp.successor, mdp.probability, mdp.n_actions, mdp.discount, own)
-        return _Compressed(*rows, *loops.find_predecessors(*rows[:3]))
+        return CompressedRows(*rows, *loops.find_predecessors(*rows[:3]))
 
     @cached_property
     def modulus(self) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from subgoal._kernels import envelope as envelope_loops
 from subgoal._kernels import first_passage as loops
 from subgoal.mdp.local_world import LocalWorld, set_bound
-from subgoal.mdp.planners.envelope import Envelope, Inside
+from subgoal.mdp.planners.envelope import Envelope
 from subgoal.mdp.planners.goals import membership
 from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.planners.subgoal_plan import Convention
@@ -89,7 +89,7 @@ class Growing:
     def step(self) -> bool:
         """Settle both bounds inside; whether that is the end."""
         envelope, lanes = self.envelope, len(self.sets)
-        self.table: Inside = envelope.table()
+        self.table = envelope.table()
         self.order = envelope.order(self.table, np.unique(np.concatenate(self.sets)))
         self.edge = np.flatnonzero(~envelope.inside)
         value = self._start()
