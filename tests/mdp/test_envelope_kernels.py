@@ -13,7 +13,8 @@ from subgoal._kernels.grid_rows import grid_rows, travel_bounds
 from subgoal.mdp.grids.grid import GridWorld
 from subgoal.mdp.grids.implicit_grid import ImplicitGrid
 from subgoal.mdp.local_world import TableWorld
-from subgoal.mdp.planners.envelope import Envelope, Inside
+from subgoal.mdp.planners.compressed import CompressedRows
+from subgoal.mdp.planners.envelope import Envelope
 from subgoal.mdp.planners.growing import Bounds
 from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.planners.rtdp import half_gap, rtdp_subgoals
@@ -31,7 +32,7 @@ def forms(loop: Any) -> tuple[Any, Any]:
     return loop, getattr(loop, "py_func", loop)
 
 
-def in_part(seed: int) -> tuple[TableWorld, Envelope, Inside, np.ndarray, np.ndarray]:
+def in_part(seed: int) -> tuple[TableWorld, Envelope, CompressedRows, np.ndarray, np.ndarray]:
     """A world, an envelope of half of it, its rows, and a reward and values (S, 2) of the states met."""
     world = random_table(seed)
     draw = np.random.default_rng(seed)
