@@ -32,14 +32,16 @@ CANDIDATES = ("generic", 3, 4), ("barred", 3, 3), ("peaked", 2, 4)
 """Table, and how many of its candidates and observations are used."""
 OF_GROUPS = (0, 0, 0, 0), (1, 0, 0, 1), (1, 1, 1, 0)
 SEATED = (0, 1, 1, 2), (0, 1, 2, 0)
+STEPS = 4
+"""Of the paths whose runs are moved."""
 WAYS = {"one by one": 2**24, "by restaurants": 0}
 """How runs and tables are moved, and up to which size of their matrix that is so."""
 
 
-def in_time_and_groups() -> Iterator[Row]:
+def in_time_and_groups(steps: int = STEPS) -> Iterator[Row]:
     """Every exact move of ``Persistent``, ``StickyHMM`` and ``Grouped``."""
     yield from of_persistent_paths()
-    yield from of_runs()
+    yield from of_runs(steps)
     yield from of_sticky_paths()
     yield from of_tables_of_rows()
     yield from of_whole_candidates()
@@ -64,21 +66,22 @@ def of_persistent_paths() -> Iterator[Row]:
             yield "Persistent", "path given weights", LAW, gap(replay.outcomes(lasting.loops, move), wanted)
 
 
-def of_runs() -> Iterator[Row]:
+def of_runs(steps: int) -> Iterator[Row]:
     """Runs of one subgoal move, given where redraws fall."""
     for keeps, (way, entries) in itertools.product(((0.6, 0.6), (0.8, 0.3)), WAYS.items()):
-        table, arrived = lasting.temporal_table("generic", 4, 2), lasting.ARRIVED[:, :2]
+        table, arrived = lasting.temporal_table("generic", steps, 2), lasting.ARRIVED[:steps, :2]
+        starts = tuple(start for start in lasting.STARTS if start < steps)
         model = lasting.Persistent(keep=keeps[0], keep_there=keeps[1])
 
-        def prior_of(state: Any, keeps: Any = keeps, arrived: Any = arrived) -> Any:
-            return lasting.step_probability(state, lasting.STARTS, *keeps, arrived)
+        def prior_of(state: Any, keeps: Any = keeps, arrived: Any = arrived, starts: Any = starts) -> Any:
+            return lasting.step_probability(state, starts, *keeps, arrived)
 
         def move(state: Any, table: Any = table, model: Any = model, keeps: Any = keeps) -> Any:
             drawn = lasting.steps_at(table, model, state, *keeps)
             drawn._move_runs()
             return tuple(drawn.theta.tolist()), state[1]
 
-        law = lasting.posterior(table.dense, lasting.STARTS, lasting.ETA, np.exp(table.log_prior), prior_of)
+        law = lasting.posterior(table.dense, starts, lasting.ETA, np.exp(table.log_prior), prior_of)
         yield "Persistent", f"candidates of runs, {way}", INVARIANT, moved_apart(law, move, entries)
 
 

@@ -56,12 +56,12 @@ def experiment(options: Options) -> tuple[Headline, Figure]:
     return headline, picture(recording, posterior, found)
 
 
-def selection(recording: Recording, seed: int) -> Demonstrations:
-    """Whole tracks in seeded random order until there are 1,000 pairs."""
+def selection(recording: Recording, seed: int, pairs: int = PAIRS) -> Demonstrations:
+    """Whole tracks in seeded random order until there are so many pairs."""
     everything = demonstrate(recording, every=9, window=5)
     sizes = np.diff(everything.offset)
     order = stream(seed, 54).permutation(sizes.size)
-    taken = order[: int(np.searchsorted(np.cumsum(sizes[order]), PAIRS)) + 1]
+    taken = order[: int(np.searchsorted(np.cumsum(sizes[order]), pairs)) + 1]
     names = {everything.trajectory_names[k] for k in taken}
     wanted = np.array([name in names for name in recording.trajectory_names])
     return demonstrate(select_trajectories(recording, wanted, recording.source), every=9, window=5)

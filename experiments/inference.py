@@ -36,7 +36,7 @@ SAMPLERS: tuple[Sampler, ...] = (
     samplers.cluster_collapsed, samplers.split_merge, samplers.tempered,
 )  # fmt: skip
 CHAINS = 4
-BUDGET, QUICK_BUDGET = 8.0, 1.0
+BUDGET, QUICK_BUDGET = 8.0, 0.25
 """Seconds for each sampler and case."""
 ROUNDS = 12
 """Turns that each chain is meant to take."""

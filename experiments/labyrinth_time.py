@@ -46,6 +46,9 @@ OWN_GAMMA = ("exchangeable", "persistent")
 CHAINS = ("chance", "Markov chain, first order", "Markov chain, second order")
 LONG: dict[str, Any] = {"draws": 500, "warmup": 500, "thin": 4}
 SHORT: dict[str, Any] = {"draws": 50, "warmup": 150, "thin": 3, "chains": 2}
+QUICK: dict[str, Any] = {"draws": 50, "warmup": 100, "thin": 1, "chains": 2}
+QUICK_FOLDS = 2
+"""Of the training bouts, foretold to choose γ."""
 RESAMPLES = 10_000
 
 
@@ -66,7 +69,7 @@ def session(options: Options, name: str, maze: Maze) -> Headline:
         values[CHAINS[order]] = bits(markov(train, asked, order, best_smoothing(train, order)), asked)
     found: dict[str, Any] = {}
     for model in MODELS:
-        posterior = learn(train, maze, gammas[model], model, options.seed, SHORT if options.quick else LONG)
+        posterior = learn(train, maze, gammas[model], model, options.seed, QUICK if options.quick else LONG)
         values[model] = foretold(posterior, asked, options.seed)
         found[model] = {
             "gamma": gammas[model], "status": posterior.status.name, "subgoals": listed(posterior)[:6],
@@ -85,14 +88,16 @@ def session(options: Options, name: str, maze: Maze) -> Headline:
 
 def chosen_gammas(train: Demonstrations, maze: Maze, options: Options) -> dict[str, float]:
     """γ of each model, by the folds of the training bouts."""
-    tried = GAMMAS[::4] if options.quick else GAMMAS
+    quick = options.quick
+    tried, length = (GAMMAS[::4], QUICK) if quick else (GAMMAS, SHORT)
+    parted = folds(train)[: QUICK_FOLDS if quick else None]
     best = {}
     for model in OWN_GAMMA:
         score = []
         for gamma in tried:
             parts = [
-                foretold(learn(learned, maze, gamma, model, options.seed, SHORT), asked, options.seed)
-                for learned, asked in folds(train)
+                foretold(learn(learned, maze, gamma, model, options.seed, length), asked, options.seed)
+                for learned, asked in parted
             ]
             score.append(float(np.concatenate(parts).mean()))
         best[model] = tried[int(np.argmax(score))]

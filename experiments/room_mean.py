@@ -22,8 +22,8 @@ from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.checks import Floats
 
 SHOWN, CONFIDENCE = 2, 0.95
-DRAWS, WARMUP, QUICK_DRAWS, QUICK_WARMUP = 1_000, 200, 50, 15
-TRIED_DRAWS, TESTED = 25, 100
+DRAWS, WARMUP, QUICK_DRAWS, QUICK_WARMUP = 1_000, 200, 30, 10
+TRIED_DRAWS, QUICK_TRIED_DRAWS, TESTED = 25, 5, 100
 PRIOR = ThreePeaks.scaled(bounded=True)
 MEAN, TRUTH = "posterior mean", "true reward"
 
@@ -31,14 +31,14 @@ MEAN, TRUTH = "posterior mean", "true reward"
 def of_mean(world: RoomWorld, seed: int, quick: bool) -> Headline:
     """Expected losses of the rewards that are tried, by reward; which is least; how well the chains agree."""
     demos = first_of(demonstrate(world, seed), SHOWN)
-    draws, warmup = (QUICK_DRAWS, QUICK_WARMUP) if quick else (DRAWS, WARMUP)
+    draws, warmup, count = (QUICK_DRAWS, QUICK_WARMUP, QUICK_TRIED_DRAWS) if quick else (DRAWS, WARMUP, TRIED_DRAWS)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
         posterior = bayesian_irl(
             demos, world.grid.mdp, prior=PRIOR, confidence=CONFIDENCE, chains=4, draws=draws, warmup=warmup, seed=seed,
             workers=1,
         )  # fmt: skip
-    tried = rewards_of(world, demos, posterior, seed)
+    tried = rewards_of(world, demos, posterior, seed, count)
     found = {name: expected_losses(posterior, reward) for name, reward in tried.items()}
     rhat = max((each.rhat for name, each in posterior.diagnostics.items() if name.startswith("log")), default=np.nan)
     kinds = list(found[MEAN])
@@ -47,7 +47,7 @@ def of_mean(world: RoomWorld, seed: int, quick: bool) -> Headline:
         "status": posterior.status.name,
         "largest_rhat_of_log_densities": rhat,
         "expected": {name: row for name, row in found.items() if not name.startswith("draw")},
-        "draws_tried": TRIED_DRAWS,
+        "draws_tried": count,
         "best_draw": {kind: min(row[kind] for name, row in found.items() if name.startswith("draw")) for kind in kinds},
         "least": {kind: min(found, key=lambda name: found[name][kind]) for kind in kinds},
     }
@@ -62,8 +62,10 @@ def first_of(demos: Demonstrations, count: int) -> Demonstrations:
     )  # fmt: skip
 
 
-def rewards_of(world: RoomWorld, demos: Demonstrations, posterior: RewardPosterior, seed: int) -> dict[str, Floats]:
-    """Mean, median, the draw of largest density, other draws, what cooling ends in, no reward, and the truth."""
+def rewards_of(
+    world: RoomWorld, demos: Demonstrations, posterior: RewardPosterior, seed: int, count: int
+) -> dict[str, Floats]:
+    """Mean, median, the draw of largest density, ``count`` draws, what cooling ends in, no reward, and the truth."""
     half = posterior.weights.shape[0] // 2
     drawn = posterior.weights[:half].reshape(-1, posterior.weights.shape[-1])
     joint = posterior.log_joint[:half].ravel()
@@ -71,7 +73,7 @@ def rewards_of(world: RoomWorld, demos: Demonstrations, posterior: RewardPosteri
         demos, world.grid.mdp, prior=PRIOR, confidence=CONFIDENCE, steps=20 * drawn.shape[1], seed=seed
     )  # fmt: skip
     found: Any = annealed.reward
-    some = np.linspace(0, len(drawn) - 1, TRIED_DRAWS).astype(int)
+    some = np.linspace(0, len(drawn) - 1, count).astype(int)
     return {
         MEAN: drawn.mean(axis=0),
         "posterior median": np.median(drawn, axis=0),
