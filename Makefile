@@ -22,7 +22,7 @@ lint: .venv/installed
 	$(BIN)/lint-imports
 
 test: lint
-	$(BIN)/pytest -m "not t2"
+	$(BIN)/pytest -m "not t2" -n 2 --dist worksteal
 
 test-all: lint
 	$(BIN)/pytest
