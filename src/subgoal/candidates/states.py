@@ -10,6 +10,7 @@ from subgoal.candidates.places import visited_places
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.mdp.local_world import LocalWorld, local_world
 from subgoal.mdp.tabular import TabularMDP, check_states, check_world
 from subgoal.runtime.checks import Ints
 from subgoal.runtime.errors import InputError
@@ -32,12 +33,13 @@ def visited(demonstrations: Demonstrations, *, metric: Metric | None = None, by_
     return visited_places(demonstrations, metric=metric)
 
 
-def visited_and_successors(demonstrations: Demonstrations, mdp: TabularMDP) -> Candidates:
+def visited_and_successors(demonstrations: Demonstrations, mdp: TabularMDP | LocalWorld) -> Candidates:
     """Every visited state and every state that one action, whichever it is, may lead to from there."""
-    states = _discrete(demonstrations, mdp)
-    rows = (states[:, None] * mdp.n_actions + np.arange(mdp.n_actions)).ravel()
-    ahead = mdp.matrix[rows].indices
-    return Candidates.from_states(np.union1d(states, ahead).astype(np.int64), coordinates=mdp.coordinates)
+    world = local_world(mdp)
+    states = np.unique(world.check("demonstrations.states", _everywhere(demonstrations)))
+    ahead = world.rows(states).successor
+    coordinates = mdp.coordinates if isinstance(mdp, TabularMDP) else demonstrations.coordinates
+    return Candidates.from_states(np.union1d(states, ahead).astype(np.int64), coordinates=coordinates)
 
 
 def every_state(mdp: TabularMDP) -> Candidates:
@@ -67,8 +69,3 @@ def _everywhere(demonstrations: Demonstrations) -> Ints:
     if not demonstrations.is_discrete:
         raise InputError("demonstrations", found="positions", wanted="states of a discrete world")
     return np.concatenate([demonstrations.states, demonstrations.final_states])
-
-
-def _discrete(demonstrations: Demonstrations, mdp: TabularMDP) -> Ints:
-    check_world(mdp)
-    return np.unique(check_states("demonstrations.states", _everywhere(demonstrations), mdp.n_states))

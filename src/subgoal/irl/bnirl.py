@@ -7,6 +7,8 @@ from typing import Any
 from subgoal.candidates import Candidates, visited
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, checked_pairs, planned_actions
+from subgoal.likelihood.planners import Planner
+from subgoal.mdp.local_world import LocalWorld
 from subgoal.mdp.planners.subgoal_plan import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.posterior import Posterior
@@ -16,13 +18,14 @@ from subgoal.runtime.progress import Progress
 
 def bnirl(
     demonstrations: Demonstrations,
-    mdp: TabularMDP,
+    mdp: TabularMDP | LocalWorld,
     *,
     candidates: Candidates | None = None,
     confidence: float = DEFAULT_CONFIDENCE,
     concentration: float = 1.0,
     convention: Convention = "continuing",
     tolerance: float | None = None,
+    planner: Planner | None = None,
     planning_progress: Progress | None = None,
     **sampling: Any,
 ) -> Posterior:
@@ -45,6 +48,8 @@ def bnirl(
     convention, tolerance:
         Whether a goal is rewarded at every visit or ends the episode, and the largest error of an action value; see
         ``planned_actions``.
+    planner:
+        As in ``planned_actions``: None is exact in small worlds and in an envelope in large ones.
     planning_progress:
         Told how many candidates have been planned for; ``progress`` among the other settings is told of the sweeps.
     sampling:
@@ -58,6 +63,6 @@ def bnirl(
     candidates = visited(demonstrations) if candidates is None else candidates
     likelihood = planned_actions(
         demonstrations, candidates, mdp, confidence=confidence, convention=convention,
-        tolerance=tolerance, workers=sampling.get("workers"), progress=planning_progress,
+        tolerance=tolerance, planner=planner, workers=sampling.get("workers"), progress=planning_progress,
     )  # fmt: skip
     return sample(likelihood, concentration=concentration, **sampling)

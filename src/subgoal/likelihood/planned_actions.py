@@ -152,10 +152,11 @@ class PlannedActions:
         """Which planner was used and how wrong it may be, in words."""
         plan, error = self.plan, self.largest_error(confidence)
         if plan.half_gap is None:
-            return f"exact, for the whole world; log probabilities are wrong by at most {error:.2g} nats"
+            told = "exact, for the whole world; log probabilities are wrong by at most"
+            return f"{told} {error:.2g} nats; {self.mdp!r}"
         told = f"real-time dynamic programming in envelopes of up to {plan.n_inside:,} states"
         wrong = f"log probabilities are wrong by at most {error:.2g} nats, the log likelihood by"
-        return f"{told}; {plan.status.value}; {wrong} {self.total_error(confidence):.2g}"
+        return f"{told}; {plan.status.value}; {wrong} {self.total_error(confidence):.2g}; {self.mdp!r}"
 
     def total_error(self, confidence: float) -> float:
         """No log likelihood of an assignment of all observations is further from the exact one than this."""

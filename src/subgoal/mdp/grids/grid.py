@@ -96,7 +96,8 @@ class GridWorld:
 
     def __repr__(self) -> str:
         height, width = self.free.shape
-        return f"GridWorld({width} × {height}, {self.n_states} free cells, {len(self.action_names)} actions)"
+        size = f"{width} × {height}, {self.n_states} free cells, {self.n_actions} actions"
+        return f"GridWorld({size}, discount {self.discount:g})"
 
     @cached_property
     def cells(self) -> Ints:

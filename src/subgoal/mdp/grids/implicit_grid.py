@@ -81,7 +81,7 @@ class ImplicitGrid:
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
-        return f"ImplicitGrid({self.width} × {self.height}, {self.n_actions} actions)"
+        return f"ImplicitGrid({self.width} × {self.height}, {self.n_actions} actions, discount {self.discount:g})"
 
     @property
     def n_actions(self) -> int:

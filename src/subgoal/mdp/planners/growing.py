@@ -17,6 +17,7 @@ from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.planners.subgoal_plan import Convention
 from subgoal.mdp.tabular import ROW_TOLERANCE
 from subgoal.runtime.checks import Bools, Floats, Ints
+from subgoal.runtime.errors import InputError
 
 COVER = 0.98
 """Share of what is expected outside that the next states are chosen to hold."""
@@ -31,6 +32,9 @@ CLOSED = 1e-12
 """The same where nothing is outside and only the sweeps can close the gap."""
 COVER_RINGS = 3
 """Chosen states are taken in with so many rings around them: what slips past the first comes back from the next."""
+SLACK = 1e-9
+"""How far a lower bound may be above a heuristic, for rounding."""
+ROUNDING = 2e-15
 MOST_SWEEPS = 10_000
 FLOW_SWEEPS = 50
 
@@ -83,6 +87,7 @@ class Growing:
         self.roots = np.arange(self.envelope.n_met)
         self.envelope.expand(np.setdiff1d(self.roots, start))
         self.lower, self.upper = np.zeros((0, len(goals))), np.zeros((0, len(goals)))
+        self.told = np.zeros((0, len(goals)))
         self.gap, self.fine = np.full(len(goals), np.inf), FINE
         self.rounds = self.sweeps = self.backups = 0
 
@@ -100,12 +105,22 @@ class Growing:
         )  # fmt: skip
         self.rounds, self.sweeps, self.backups = self.rounds + 1, self.sweeps + sweeps, self.backups + backups
         self.lower, self.upper = value[:, :lanes].copy(), value[:, lanes:].copy()
+        self._check_heuristic()
         self.value, self.rows = self._bounds()
         legal = np.isfinite(self.rows[0])
         gap = np.subtract(self.rows[1], self.rows[0], where=legal, out=np.zeros_like(self.rows[0]))
-        self.gap = gap.max(axis=(0, 1))
+        self.gap = gap.max(axis=(0, 1)) + 2 * rounding_of(self.top, self.world.discount)
         self.status = self._status()
         return self.status is not None
+
+    def _check_heuristic(self) -> None:
+        """Raise ``InputError`` where a lower bound is above what the heuristic said could not be exceeded."""
+        beyond = self.lower > self.told * (1 + SLACK) + SLACK * self._scale_top()
+        if beyond.any():
+            place, j = (int(k) for k in np.argwhere(beyond)[0])
+            where = f"state {self.envelope.states[place]}, goal {self.goal_states[j].tolist()}"
+            raise InputError("heuristic", where=where, found=f"{self.told[place, j]:.6g}",
+                             wanted=f"at least {self.lower[place, j]:.6g}: never less than E[γ^T]")  # fmt: skip
 
     def _status(self) -> PlanStatus | None:
         if self.gap.max() <= 2 * self.settings.tolerance:
@@ -177,7 +192,8 @@ class Growing:
         value[: len(self.lower), :lanes] = self.lower
         value[: len(self.upper), lanes:] = self.upper
         new = np.arange(len(self.upper), self.envelope.n_met)
-        value[new, lanes:] = self._heuristic(new)
+        value[new, lanes:] = heard = self._heuristic(new)
+        self.told = np.concatenate([self.told, heard])
         if self.pinned:
             for j, members in enumerate(self.sets):
                 value[members, j] = value[members, lanes + j] = 1.0
@@ -225,6 +241,11 @@ class Growing:
             self.world.discount, value, out,
         )  # fmt: skip
         return out
+
+
+def rounding_of(top: float, discount: float) -> float:
+    """How far rounding may put a value of up to ``top`` off."""
+    return ROUNDING * top / (1 - discount)
 
 
 def ring_limit(inside: int, most_states: int) -> int:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from subgoal.mdp.local_world import LocalWorld, local_world
-from subgoal.mdp.planners.growing import Bounds, Settings, plan_group
+from subgoal.mdp.planners.growing import Bounds, Settings, plan_group, rounding_of
 from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.planners.precompute import over_groups
 from subgoal.mdp.planners.subgoal_plan import Convention, SubgoalPlan
@@ -61,8 +61,8 @@ def rtdp_subgoals(
         Largest error of an action value in units of c; the envelopes grow until it is met. Default: 5e-6 of the
         largest value, 1/(1 − γ) or 1.
     most_states:
-        How many states an envelope may hold. Where that is not enough, the bounds reached so far are the result and
-        its status is BUDGET.
+        How many states an envelope may hold, beyond the first: goals, states and what one action may lead to from
+        them. Where that is not enough, the bounds reached so far are the result and its status is BUDGET.
     workers, backend:
         Groups of up to ten goals near each other are planned for apart: in threads, in processes ("loky") or on a
         connected Dask cluster ("dask"). The plan is the same, bit for bit, whatever these are.
@@ -79,7 +79,7 @@ def rtdp_subgoals(
     ------
     InputError
         Goals or states that do not exist, an empty set, a discount of 1, a cache for a world that cannot be told from
-        others.
+        others, a heuristic that says less than can be reached.
     PlanningError
         The tolerance was not met, unless ``allow_unconverged``.
     """
@@ -101,7 +101,7 @@ def rtdp_subgoals(
         plan_group, jobs, [len(group) for group in groups], workers=workers, backend=backend, cache=cache,
         progress=progress or Silent(),
     )  # fmt: skip
-    plan = _collected(kept, groups, solved, settings)
+    plan = _collected(kept, groups, solved, settings, top, seen.discount)
     if plan.status is not PlanStatus.SOLVED and not allow_unconverged:
         bound = f"error bound {plan.error_bound:.3g}, tolerance {tolerance:.3g}, {plan.n_inside} states inside"
         raise PlanningError(f"planning for {len(sets)} subgoals: {plan.status.value} ({bound})")
@@ -139,8 +139,11 @@ def near_groups(world: LocalWorld, sets: list[Ints]) -> list[Ints]:
     return groups
 
 
-def _collected(states: Ints, groups: list[Ints], solved: list[Bounds], settings: Settings) -> SubgoalPlan:
+def _collected(
+    states: Ints, groups: list[Ints], solved: list[Bounds], settings: Settings, top: float, discount: float
+) -> SubgoalPlan:
     """The middle of the bounds of all groups, and how far from it they are."""
+    rounding = rounding_of(top, discount)
     n_goals = sum(len(group) for group in groups)
     n_actions = solved[0].rows.shape[2]
     value, gap = np.empty((states.size, n_goals)), np.empty((states.size, n_goals))
@@ -148,7 +151,7 @@ def _collected(states: Ints, groups: list[Ints], solved: list[Bounds], settings:
     for group, each in zip(groups, solved, strict=True):
         value[:, group] = each.value.mean(axis=0)
         rows[:, :, group] = each.rows.mean(axis=0)
-        gap[:, group] = half_gap(each)
+        gap[:, group] = half_gap(each) + rounding
     by_severity = [PlanStatus.SOLVED, PlanStatus.ROUNDING, PlanStatus.BUDGET]
     status = max((each.status for each in solved), key=by_severity.index)
     return SubgoalPlan(
