@@ -60,6 +60,45 @@ def test_a_map_says_where_one_can_be(subgoal, corner: Path, tmp_path: Path) -> N
     assert "wall" in answer.err or "map" in answer.err
 
 
+def test_what_lies_in_walls_can_be_left_out(subgoal, corner: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "map.png"
+    walls = np.full((40, 40), 255, np.uint8)
+    walls[20:, 12:14] = 0
+    Image.fromarray(walls).save(picture)
+    told = ("--map", picture, "--map-corner", "-10,-10", "--outside")
+    assert subgoal("learn", corner, *CELLS, *told, "raise", "--out", tmp_path / "a", *QUICK).code == 2
+    answer = subgoal("learn", corner, *CELLS, *told, "drop", "--out", tmp_path / "b", *QUICK)
+    assert answer.code == 0, answer.err
+    assert "map: x of -10 to 30, y of -10 to 30" in answer.out
+
+
+def test_a_report_of_cells_is_made_again(subgoal, corner: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    subgoal("learn", corner, *CELLS, "--out", out, *QUICK)
+    before = (out / "subgoals.csv").read_text()
+    (out / "report.html").unlink()
+    answer = subgoal("report", out)
+    assert answer.code == 0, answer.err
+    assert (out / "report.html").exists()
+    assert (out / "subgoals.csv").read_text() == before
+
+
+def test_planning_that_is_stopped_says_how_to_go_on(
+    subgoal, corner: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*told: object, **how: object) -> None:
+        (tmp_path / "out" / ".plans").mkdir()
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("subgoal.cli.gridding.planned_likelihood", stopped)
+        answer = subgoal("learn", corner, *CELLS, "--out", tmp_path / "out", *QUICK)
+    assert answer.code == 130
+    assert "stopped while planning; what was planned is kept in" in answer.err
+    again = subgoal("learn", corner, *CELLS, "--resume", "--out", tmp_path / "out", *QUICK)
+    assert again.code == 0, again.err
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -69,7 +108,11 @@ def test_a_map_says_where_one_can_be(subgoal, corner: Path, tmp_path: Path) -> N
         (("--likelihood", "grid", "--discount", "1"), "--discount: found 1.0, wanted at least 0 and below 1"),
         (("--likelihood", "grid", "--cell", "-1"), "--cell"),
         (("--likelihood", "grid", "--moves", "5"), "moves"),
-        (("--likelihood", "grid", "--map", "nowhere.png"), "nowhere.png"),
+        (("--likelihood", "grid", "--map", "nowhere.png", "--cell", "1"), "nowhere.png"),
+        (("--likelihood", "grid", "--map", "floor.png"), "--cell: found none, wanted the side of a pixel of --map"),
+        (("--likelihood", "grid", "--map-corner=-1,2"), "--map-corner: found given, wanted --map beside it"),
+        (("--likelihood", "grid", "--outside", "keep"), "--outside: found 'keep', wanted raise or drop"),
+        (("--likelihood", "grid", "--cell", "0.0001"), "larger cells: 10,000,000 at most"),
         (("--cell", "1"), "--cell: found given, wanted --likelihood grid beside it"),
         (("--map", "floor.png"), "--map: found given, wanted --likelihood grid beside it"),
         (("--scheduler", "tcp://127.0.0.1:1"), "--scheduler: found tcp://127.0.0.1:1, wanted --backend dask beside it"),

@@ -147,6 +147,16 @@ def test_a_file_torn_after_it_was_opened_is_named(folder: Path) -> None:
         columns_of(shards, "shares")
 
 
+def test_numbers_changed_after_the_file_was_opened_are_told(folder: Path) -> None:
+    shards = open_shards(folder)
+    path = folder / "shard-00000.parquet"
+    held = bytearray(path.read_bytes())
+    held[2000] ^= 1
+    path.write_bytes(held)
+    with pytest.raises(StorageError, match=r"shard-00000\.parquet: found a torn or changed file"):
+        columns_of(shards, "shares")
+
+
 @pytest.mark.parametrize(("field", "value", "words"), [
     ("format", 99, "format 99, wanted kind 'shards', format 1"), ("kind", "posterior", "kind 'posterior'"),
     ("content", "00", "a manifest that was changed"),

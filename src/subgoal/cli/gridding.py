@@ -5,13 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from subgoal.runtime.errors import BudgetError, InputError
+import numpy as np
+
+from subgoal.runtime.errors import BudgetError, InputError, StoppedError
 
 if TYPE_CHECKING:
     from subgoal.likelihood.table import LogLikelihood
 
 CELLS_ACROSS = 20
 """Cells along the longer side, where no size is given."""
+KIND = "grid world"
+PLANS, WORLD = ".plans", ".world.npz"
+"""Where plans and the world are kept in the folder of the results."""
 NOT_OF_CELLS = ("start_within", "every", "velocity", "window")
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff")
 
@@ -19,6 +24,7 @@ PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff")
 def gridded(
     file: Path, reading: dict[str, Any], box: Any, cell: float | None, moves: int, discount: float | None, *,
     map_file: Path | None = None, corner: Any = None, y_down: bool = False, confidence: float = 10.0,
+    outside: Any = "raise", quiet: bool = True,
 ) -> tuple[Any, Any, float]:  # fmt: skip
     """The grid world of a recording, the recording in it without standing still, and the side of a cell.
 
@@ -28,9 +34,16 @@ def gridded(
     from subgoal.demonstrations.read import look
     from subgoal.demonstrations.recordings import starting_within
     from subgoal.mdp import Occupancy, discount_for, to_cells
+    from subgoal.mdp.grids.occupancy import MOST_CELLS
     from subgoal.mdp.grids.samples import planar
     from subgoal.runtime.checks import positive
 
+    if map_file is None and corner is not None:
+        raise InputError("--map-corner", found="given", wanted="--map beside it")
+    if map_file is not None and cell is None:
+        raise InputError("--cell", found="none", wanted="the side of a pixel of --map, in units of the positions")
+    if outside not in ("raise", "drop"):
+        raise InputError("--outside", found=repr(outside), wanted="raise or drop")
     if discount is not None and not 0 <= discount < 1:
         raise InputError("--discount", found=discount, wanted="at least 0 and below 1")
     recording: Any = look(file, **reading)
@@ -44,11 +57,13 @@ def gridded(
             occupancy = Occupancy.around(recording, side, y_down=y_down)
         else:
             occupancy = _map(map_file, cell, corner, y_down)
+        if not quiet and map_file is not None:
+            print(f"map: {told_extent(occupancy)}")
         across = max(2, max(occupancy.free.shape))
         gamma = discount_for(across, confidence) if discount is None else discount
-        made = to_cells(recording, occupancy, discount=gamma, moves=moves, staying="drop")
-    except BudgetError as problem:
-        raise InputError("--cell", found=f"{side:g}", wanted=f"larger cells: {problem}") from None
+        made = to_cells(recording, occupancy, discount=gamma, moves=moves, staying="drop", outside=outside)
+    except BudgetError:
+        raise InputError("--cell", found=f"{side:g}", wanted=f"larger cells: {MOST_CELLS:,} at most") from None
     except InputError as problem:
         if "no trajectory left" not in str(problem):
             raise
@@ -57,11 +72,18 @@ def gridded(
     return *made, occupancy.resolution
 
 
-def _map(file: Path, cell: float | None, corner: Any, y_down: bool) -> Any:
+def told_extent(occupancy: Any) -> str:
+    """Where a map lies, in words, so that a corner that is not right shows."""
+    low, high = occupancy.origin, occupancy.origin + occupancy.resolution * np.array(occupancy.free.shape[::-1])
+    free = f"{occupancy.free.sum():,} of {occupancy.free.size:,} cells free"
+    return f"x of {low[0]:g} to {high[0]:g}, y of {low[1]:g} to {high[1]:g}, {free}"
+
+
+def _map(file: Path, cell: Any, corner: Any, y_down: bool) -> Any:
     """A picture, bright where one can be, or a map in text."""
     from subgoal.mdp import Occupancy, read_map
 
-    side, origin = 1.0 if cell is None else cell, (0.0, 0.0) if corner is None else corner
+    side, origin = cell, (0.0, 0.0) if corner is None else corner
     if file.suffix.lower() in PICTURES:
         return Occupancy.from_image(file, side, origin, y_down=y_down)
     return Occupancy.from_map(read_map(file), side, origin)
@@ -85,7 +107,7 @@ def planned_likelihood(
     backend = run.get("backend", "threading")
     planner: Any = partial(plan_subgoals, backend=backend)
     if large:
-        planner = partial(rtdp_subgoals, cache=folder / ".plans", backend=backend)
+        planner = partial(rtdp_subgoals, cache=folder / PLANS, backend=backend)
     if not quiet:
         print(f"{world.n_states:,} cells, discount {world.discount:.6g}, {demonstrations.n_observations:,} decisions, "
               f"{candidates.n_candidates} candidates")  # fmt: skip
@@ -104,7 +126,7 @@ def learn_in_cells(
 ) -> None:  # fmt: skip
     """``learn --likelihood grid``: as ``learn_file``, with actions planned in the cells of a grid world."""
     from subgoal.cli.compose import output_folder
-    from subgoal.cli.learn import learn_table
+    from subgoal.cli.learn import CHECKPOINT, learn_table
     from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE
 
     _refuse_others(reading, places, metric, table)
@@ -114,13 +136,20 @@ def learn_in_cells(
     kept = {name: value for name, value in reading.items() if name not in NOT_OF_CELLS}
     grid, demonstrations, _ = gridded(
         file, kept, box, world.pop("cell", None), world.pop("moves"), world.pop("discount", None), y_down=y_down,
-        confidence=confidence, **world,
+        confidence=confidence, quiet=quiet, **world,
     )  # fmt: skip
     with output_folder(out) as folder:
-        likelihood = planned_likelihood(
-            grid, demonstrations, epsilon=places.get("epsilon"), confidence=confidence, run=run, folder=folder,
-            quiet=quiet,
-        )  # fmt: skip
+        if run.get("resume") and not (folder / CHECKPOINT).exists():
+            run = run | {"resume": False}
+        try:
+            likelihood = planned_likelihood(
+                grid, demonstrations, epsilon=places.get("epsilon"), confidence=confidence, run=run, folder=folder,
+                quiet=quiet,
+            )  # fmt: skip
+        except KeyboardInterrupt:
+            where = f"; what was planned is kept in {folder / PLANS}" if (folder / PLANS).exists() else ""
+            raise StoppedError(f"stopped while planning{where}, and the same command goes on") from None
+        keep_world(folder, grid)
         learn_table(likelihood, folder, run, y_down=y_down, quiet=quiet, fixed=fixed, grouped="group" in reading, **how)
 
 
@@ -137,3 +166,27 @@ def _refuse_others(
     if told:
         wanted = "none of them beside --likelihood grid, where steps between cells are the actions"
         raise InputError(" and ".join(told), found="given", wanted=wanted)
+
+
+def keep_world(folder: Path, grid: Any) -> None:
+    """Write the grid world beside the results, so that a report can be made again."""
+    from subgoal.storage.archive import write_archive
+
+    header = {"discount": grid.discount, "moves": grid.moves, "origin": grid.origin, "shape": list(grid.free.shape)}
+    arrays = {"free": np.packbits(grid.free), "coordinates": grid.coordinates}
+    write_archive(folder / WORLD, KIND, header, arrays, keep_previous=False)
+
+
+def kept_world(folder: Path) -> Any:
+    """The grid world that ``keep_world`` wrote, or None."""
+    from subgoal.mdp import GridWorld
+    from subgoal.storage.archive import read_archive
+
+    if not (folder / WORLD).exists():
+        return None
+    header, arrays = read_archive(folder / WORLD, KIND)
+    height, width = header["shape"]
+    free = np.unpackbits(arrays["free"], count=height * width).reshape(height, width).astype(bool)
+    return GridWorld(
+        free, header["discount"], moves=header["moves"], origin=header["origin"], coordinates=arrays["coordinates"]
+    )

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from subgoal.posterior.posterior import Posterior
 
 CONFIDENCE = 3.0
+CHECKPOINT = ".checkpoint.npz"
 CELLS = "grid"
 """Word for planning in cells."""
 PLACES = "Candidate places"
@@ -122,6 +123,10 @@ def learn(
     map_corner: Annotated[
         str | None, typer.Option(help="Least x,y of the map; default 0,0.", rich_help_panel=o.WORLD)
     ] = None,
+    outside: Annotated[
+        str | None,
+        typer.Option(help="Samples in walls and off the map: raise or drop.", rich_help_panel=o.WORLD),
+    ] = None,
     min_likelihood: o.MinLikelihood = None,
     bodypart: o.Bodypart = None,
     start_within: o.StartWithin = None,
@@ -150,7 +155,9 @@ def learn(
 
       subgoal learn tracks.txt --start-within 480:inf,-inf:140 --every 9 --window 5 -a 10 --y-down
     """
-    world = o.given(cell=cell, discount=discount, map_file=map, corner=o.numbers("--map-corner", map_corner))
+    world = o.given(
+        cell=cell, discount=discount, map_file=map, corner=o.numbers("--map-corner", map_corner), outside=outside
+    )
     reading = o.given(
         format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
         group=group, time_scale=time_scale, scale=scale, units=units, clock=clock,
@@ -277,4 +284,4 @@ def _sampled(
     display = progress_display("sampling", quiet=quiet)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
-        return draw(likelihood, checkpoint=folder / ".checkpoint.npz", progress=display, **run)
+        return draw(likelihood, checkpoint=folder / CHECKPOINT, progress=display, **run)

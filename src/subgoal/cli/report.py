@@ -23,12 +23,13 @@ def report(
 
       subgoal report out/ --merge-radius 0.5
     """
+    from subgoal.cli.gridding import kept_world
     from subgoal.cli.table import print_results
     from subgoal.cli.write import write
     from subgoal.posterior.archive import load
     from subgoal.reporting.results import drawn_downwards
 
-    posterior = load(folder / "posterior.npz")
+    posterior = load(folder / "posterior.npz", mdp=kept_world(folder))
     y_down = drawn_downwards(folder) if y_down is None else y_down
     results = write(
         posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitivity, quiet=quiet

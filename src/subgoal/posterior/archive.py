@@ -17,6 +17,7 @@ from subgoal.likelihood.action_comparison import action_comparison
 from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, planned_actions
 from subgoal.likelihood.source import Levels
 from subgoal.likelihood.table import LogLikelihood
+from subgoal.mdp.local_world import LocalWorld
 from subgoal.mdp.planners.subgoal_plan import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.checksum import checksum_of
@@ -76,7 +77,9 @@ def save(posterior: Posterior, path: str | Path) -> Path:
     return path
 
 
-def load(path: str | Path, *, mdp: TabularMDP | None = None, convention: Convention = "continuing") -> Posterior:
+def load(
+    path: str | Path, *, mdp: TabularMDP | LocalWorld | None = None, convention: Convention = "continuing"
+) -> Posterior:
     """Read a posterior that ``save`` wrote.
 
     The likelihood is made again when it compares directions; when actions were planned, if the world ``mdp`` and the
@@ -123,7 +126,9 @@ def _posterior(header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Poste
     )  # fmt: skip
 
 
-def _planned_again(posterior: Posterior, mdp: TabularMDP, convention: Convention, noise: _Noise) -> Posterior:
+def _planned_again(
+    posterior: Posterior, mdp: TabularMDP | LocalWorld, convention: Convention, noise: _Noise
+) -> Posterior:
     settings = posterior.settings
     if settings.likelihood != PLANNED:
         raise StorageError("mdp", found=f"a posterior of {settings.likelihood!r}", wanted=f"one of {PLANNED!r}")

@@ -133,7 +133,12 @@ class ShardWriter:
         if self._sink is None:
             self._aside = self.folder / f".shard.{secrets.token_hex(4)}"
             self._sink = parquet.ParquetWriter(
-                self._aside, schema, compression="none", use_dictionary=False, write_statistics=False
+                self._aside,
+                schema,
+                compression="none",
+                use_dictionary=False,
+                write_statistics=False,
+                write_page_checksum=True,
             )
         arrays = [_packed(part[name], schema.field(name).type) for name in self.columns]
         self._sink.write_table(pa.Table.from_arrays(arrays, schema=schema), row_group_size=self._group)
@@ -201,7 +206,7 @@ def read_groups(
     Raises ``StorageError`` for a file that cannot be read as what its manifest says.
     """
     try:
-        with parquet.ParquetFile(path) as file:
+        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
             for k in groups:
                 table = file.read_row_group(k, columns=list(wanted), use_threads=False)
                 yield {name: _unpacked(table.column(name), *columns[name]) for name in wanted}
