@@ -153,7 +153,7 @@ def test_states_are_the_free_cells_row_by_row() -> None:
     assert world.states(np.zeros((0, 2), int)).tolist() == []
     assert world.mdp.coordinates.tolist() == world.cells.tolist()
     assert world.targets.tolist() == [[0, 0, 0, 0], [3, 1, 1, 1], [2, 3, 2, 2], [3, 3, 1, 2]]
-    assert repr(world) == "GridWorld(3 × 2, 4 free cells, 5 actions)"
+    assert repr(world) == "GridWorld(3 × 2, 4 free cells, 5 actions, discount 0.9)"
 
 
 def test_coordinates_of_ones_own() -> None:

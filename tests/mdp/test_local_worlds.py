@@ -136,6 +136,18 @@ def test_a_heuristic_that_is_none_is_refused(told: object, match: str) -> None:
         rtdp_subgoals(world, [0], states=[1])
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.8])
+def test_a_heuristic_that_says_too_little_is_refused_where_it_shows(share: float) -> None:
+    grid = GridWorld(np.ones((12, 12), bool), 0.95, slip=THESIS_SLIP)
+
+    def low(states: np.ndarray, goals: np.ndarray) -> np.ndarray:
+        return np.where(states[:, None] == goals, 1.0, share * grid.reach_bound(states, goals))
+
+    world = TableWorld(grid.mdp, low)
+    with pytest.raises(InputError, match=r"heuristic at state \d+, goal \[40\]: found .* wanted at least"):
+        rtdp_subgoals(world, [40], states=[70], tolerance=1e-3)
+
+
 def test_what_is_no_world_is_refused_with_what_to_do() -> None:
     with pytest.raises(InputError, match="NumberedWorld"):
         local_world(numbered().mdp)
