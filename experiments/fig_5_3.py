@@ -106,6 +106,7 @@ def row_of(name: str, power: int, measured: list[Measured], cases: list[Case]) -
         "planning_seconds": mean(every("planning_seconds")),
         "wall_seconds": float(np.mean(every("wall_seconds"))),
         "loss": mean(every("loss")),
+        "loss_of_the_middle": mean(every("loss_of_the_middle")),
         "gap": largest(every("gap")),
         "value_bound": largest(every("value_bound")),
         "states_inside": largest(every("inside")),

@@ -21,6 +21,7 @@ from subgoal.mdp.grids.grid import GridWorld
 from subgoal.mdp.planners.first_passage import plan_subgoals
 from subgoal.mdp.planners.iteration import action_values, value_iteration
 from subgoal.mdp.planners.outcome import PlanningWarning, PlanStatus
+from subgoal.mdp.planners.policy import greedy_actions
 from subgoal.mdp.planners.rtdp import rtdp_subgoals
 from subgoal.mdp.planners.subgoal_plan import SubgoalPlan
 from subgoal.mdp.tabular import TabularMDP
@@ -50,7 +51,10 @@ class Measured:
     planning_seconds:
         The part of ``seconds`` until the table of the likelihood was there; None where planning is all there is.
     loss:
-        Share of the demonstrated actions that are not those of the learned policy, ties broken at random.
+        Share of the demonstrated actions that are not those of the learned policy, ties broken at random; where there
+        are bounds, actions that may be the best for all that these say are tied.
+    loss_of_the_middle:
+        The same of the policy that takes the best action by the middle of the bounds.
     gap:
         No log probability is wrong by more nats; None where there is no likelihood.
     value_bound:
@@ -64,6 +68,7 @@ class Measured:
     candidates: int
     planning_seconds: float | None = None
     loss: float | None = None
+    loss_of_the_middle: float | None = None
     gap: float | None = None
     value_bound: float | None = None
     inside: int | None = None
@@ -117,6 +122,7 @@ def bnirl_with(planner: Planner, workers: int = 1) -> Callable[[Case, int | None
         likely = np.asarray(posterior.shares.argmax(axis=1)).ravel()
         return Measured(
             seconds, wall, likelihood.n_candidates, planning, assigned_loss(source, likely),
+            None if source.plan.half_gap is None else middle_loss(source, likely),
             source.largest_error(CONFIDENCE), inside=source.plan.n_inside or None,
             budget_reached=source.plan.status is PlanStatus.BUDGET,
         )  # fmt: skip
@@ -137,6 +143,12 @@ def assigned_loss(source: PlannedActions, assigned: Ints) -> float:
     else:
         best = source.plan.optimal[:, :, used]
     return policy_loss(best[source.rows, :, column], source.actions) / assigned.size
+
+
+def middle_loss(source: PlannedActions, assigned: Ints) -> float:
+    """Share of the actions that are not the best by the middle of the bounds."""
+    values = source.plan.action_values[source.rows, :, assigned]
+    return policy_loss(greedy_actions(values), source.actions) / assigned.size
 
 
 def plain(
