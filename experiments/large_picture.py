@@ -34,7 +34,9 @@ def picture(headline: Headline) -> Figure:
     name_lines(cost, [draw_line(cost, rows, name, "seconds", clock if name == PARALLEL else name) for name in COLOURS])
     losses = [draw_line(fit, rows, name, "loss", name) for name in COLOURS if name not in (PARALLEL, RTDP)]
     losses.append(draw_line(fit, rows, RTDP, "loss_of_the_middle", RTDP))
-    losses.append(draw_line(fit, rows, RTDP, "loss", "BNIRL, RTDP, if what its bounds\nleave open is drawn by lot", "--"))
+    losses.append(
+        draw_line(fit, rows, RTDP, "loss", "BNIRL, RTDP, if what its bounds\nleave open is drawn by lot", "--")
+    )
     name_lines(fit, losses)
     cost.set(title="Seconds from a demonstration to what is learned", xlabel="states of the world")
     fit.set(title="Share of the actions that the learned policy has wrong", xlabel="states of the world")
