@@ -30,7 +30,7 @@ def picture(headline: Headline) -> Figure:
     figure = sheet(14.4, 6.4)
     figure.suptitle(f"Planning around the demonstration does not ask how large the world is: up to {most:,} cells")
     cost, fit = figure.subplots(1, 2)
-    clock = f"{PARALLEL},\nby the clock of a busy machine"
+    clock = f"{PARALLEL},\nby the clock, not alone"
     name_lines(cost, [draw_line(cost, rows, name, "seconds", clock if name == PARALLEL else name) for name in COLOURS])
     losses = [draw_line(fit, rows, name, "loss", name) for name in COLOURS if name not in (PARALLEL, RTDP)]
     losses.append(draw_line(fit, rows, RTDP, "loss_of_the_middle", RTDP))
