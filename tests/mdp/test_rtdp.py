@@ -11,9 +11,10 @@ from subgoal.mdp.grids.grid import THESIS_SLIP, GridWorld
 from subgoal.mdp.grids.implicit_grid import ImplicitGrid
 from subgoal.mdp.planners import growing
 from subgoal.mdp.planners.first_passage import plan_subgoals
+from subgoal.mdp.planners.goals import goal_sets
 from subgoal.mdp.planners.growing import Settings
 from subgoal.mdp.planners.outcome import PlanStatus
-from subgoal.mdp.planners.rtdp import near_groups, rtdp_subgoals, world_goals
+from subgoal.mdp.planners.rtdp import near_groups, rtdp_subgoals
 from subgoal.mdp.planners.rtdp_literal import rtdp_literal
 from subgoal.runtime.errors import InputError, PlanningError
 from tests.mdp.large_worlds import detour, random_grid, random_table
@@ -153,7 +154,7 @@ def test_groups_are_goals_that_lie_near_each_other() -> None:
     grid = ImplicitGrid(1_000, 1_000, 0.99)
     near = [[10 + k, 10] for k in range(12)]
     far = [[900 + k, 900] for k in range(12)]
-    sets = world_goals(grid, grid.states(np.array([x for pair in zip(near, far, strict=True) for x in pair])))
+    sets = goal_sets(grid.states(np.array([x for pair in zip(near, far, strict=True) for x in pair])), grid.check)
     groups = near_groups(grid, [*sets, np.array([1, 2])])
     assert sorted(np.concatenate(groups).tolist()) == list(range(25))
     assert [len(group) for group in groups] == [10, 10, 4, 1]

@@ -15,7 +15,7 @@ import numpy as np
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.irl.apprenticeship import apprenticeship
 from subgoal.irl.single_reward import SingleReward
-from subgoal.likelihood.planned_actions import checked_pairs
+from subgoal.likelihood.pairs import checked_pairs
 from subgoal.mdp.local_world import LocalWorld, local_world
 from subgoal.mdp.planners.envelope import Envelope
 from subgoal.mdp.planners.outcome import PlanStatus

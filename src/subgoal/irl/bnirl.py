@@ -6,7 +6,8 @@ from typing import Any
 
 from subgoal.candidates import Candidates, visited
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, checked_pairs, planned_actions
+from subgoal.likelihood.pairs import checked_pairs
+from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, planned_actions
 from subgoal.likelihood.planners import Planner
 from subgoal.mdp.local_world import LocalWorld
 from subgoal.mdp.planners.subgoal_plan import Convention

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.likelihood.planned_actions import checked_pairs
+from subgoal.likelihood.pairs import checked_pairs
 from subgoal.mdp.planners.flow import Flow
 from subgoal.mdp.planners.policy import uniform_policy
 from subgoal.mdp.tabular import TabularMDP, check_states, check_world

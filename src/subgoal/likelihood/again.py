@@ -13,7 +13,8 @@ import numpy as np
 
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.action_comparison import SLOW
-from subgoal.likelihood.planned_actions import PlannedActions, checked_pairs, planned_actions
+from subgoal.likelihood.pairs import checked_pairs
+from subgoal.likelihood.planned_actions import PlannedActions, planned_actions
 from subgoal.likelihood.sources import ControllerActions, Directions, Pace
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.runtime.errors import InputError

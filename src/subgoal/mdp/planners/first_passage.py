@@ -113,7 +113,7 @@ def plan_subgoals(
         raise InputError("discount", found=mdp.discount, wanted="below 1, to plan for subgoals that are held")
     if convention not in ("continuing", "absorbing"):
         raise InputError("convention", found=repr(convention), wanted="'continuing' or 'absorbing'")
-    sets = goal_sets(goals, mdp.n_states)
+    sets = goal_sets(goals, lambda what, states: check_states(what, states, mdp.n_states))
     top = 1.0 / (1.0 - mdp.discount) if convention == "continuing" else 1.0
     asked = tolerance is not None
     tolerance = positive("tolerance", tolerance) if asked else TOLERANCE * top

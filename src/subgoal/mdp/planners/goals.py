@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from subgoal.mdp.tabular import check_states
 from subgoal.runtime.checks import Bools, Ints
 from subgoal.runtime.errors import InputError
 
 
-def goal_sets(goals: Any, n_states: int) -> list[Ints]:
-    """Each goal as its sorted states."""
+def goal_sets(goals: Any, check: Callable[[str, Any], Ints]) -> list[Ints]:
+    """Each goal as its sorted states; ``check(what, states)`` refuses those that do not exist."""
     if isinstance(goals, np.ndarray) and goals.ndim == 1 and goals.dtype.kind in "iu":
-        sets = list(check_states("goals", goals, n_states)[:, None])
+        sets = list(check("goals", goals)[:, None])
     else:
         try:
             entries = list(goals)
@@ -23,7 +23,7 @@ def goal_sets(goals: Any, n_states: int) -> list[Ints]:
         for g, each in enumerate(entries):
             if not np.size(each):
                 raise InputError(f"goal {g}", found="no state", wanted="at least one")
-        sets = [np.unique(check_states(f"goal {g}", np.atleast_1d(each), n_states)) for g, each in enumerate(entries)]
+        sets = [np.unique(check(f"goal {g}", np.atleast_1d(each))) for g, each in enumerate(entries)]
     if not sets:
         raise InputError("goals", found="none", wanted="at least one")
     return sets

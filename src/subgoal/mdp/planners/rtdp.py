@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from subgoal.mdp.local_world import LocalWorld, local_world
+from subgoal.mdp.planners.goals import goal_sets
 from subgoal.mdp.planners.growing import Bounds, Settings, plan_group, rounding_of
 from subgoal.mdp.planners.outcome import PlanStatus
 from subgoal.mdp.planners.precompute import over_groups
@@ -91,7 +92,7 @@ def rtdp_subgoals(
     top = 1.0 / (1.0 - seen.discount) if convention == "continuing" else 1.0
     tolerance = TOLERANCE * top if tolerance is None else positive("tolerance", tolerance)
     settings = Settings(convention, tolerance, whole("most_states", most_states))
-    sets = world_goals(seen, goals)
+    sets = goal_sets(goals, seen.check)
     kept = np.atleast_1d(seen.check("states", states))
     if kept.ndim != 1 or not kept.size:
         raise InputError("states", found=f"shape {kept.shape}", wanted="(U,), one at least")
@@ -106,21 +107,6 @@ def rtdp_subgoals(
         bound = f"error bound {plan.error_bound:.3g}, tolerance {tolerance:.3g}, {plan.n_inside} states inside"
         raise PlanningError(f"planning for {len(sets)} subgoals: {plan.status.value} ({bound})")
     return plan
-
-
-def world_goals(world: LocalWorld, goals: Any) -> list[Ints]:
-    """Each goal as its sorted states."""
-    if isinstance(goals, np.ndarray) and goals.ndim == 1 and goals.dtype.kind in "iu":
-        sets = list(world.check("goals", goals)[:, None])
-    else:
-        entries = list(goals) if np.iterable(goals) else [goals]
-        for g, each in enumerate(entries):
-            if not np.size(each):
-                raise InputError(f"goal {g}", found="no state", wanted="at least one")
-        sets = [np.unique(world.check(f"goal {g}", np.atleast_1d(each))) for g, each in enumerate(entries)]
-    if not sets:
-        raise InputError("goals", found="none", wanted="at least one")
-    return sets
 
 
 def near_groups(world: LocalWorld, sets: list[Ints]) -> list[Ints]:
