@@ -1,0 +1,1 @@
+"""Where a state goes when an action is held: known models, and models learned from a recording."""

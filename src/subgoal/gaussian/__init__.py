@@ -1,0 +1,1 @@
+"""Gaussian processes, and dynamic programming with them for all goals at once."""
