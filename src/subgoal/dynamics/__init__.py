@@ -1,18 +1,25 @@
 """Transition functions of continuous states: known ones, and learning one from data."""
 
 from subgoal.dynamics.car import ALL_DRIVE, REAR_DRIVE, Car
+from subgoal.dynamics.driver import Driven, drive, path, turns
 from subgoal.dynamics.equilibria import Equilibrium, equilibria_of, manoeuvres, steady_state
 from subgoal.dynamics.protocol import Dynamics, check_bounds, checked_dynamics
+from subgoal.dynamics.scripts import SCRIPT
 
 __all__ = [
     "ALL_DRIVE",
     "Car",
+    "Driven",
     "Dynamics",
     "Equilibrium",
     "REAR_DRIVE",
+    "SCRIPT",
     "check_bounds",
     "checked_dynamics",
+    "drive",
     "equilibria_of",
     "manoeuvres",
+    "path",
     "steady_state",
+    "turns",
 ]

@@ -125,11 +125,13 @@ def manoeuvres(car: Car) -> dict[str, Equilibrium]:
 
 
 def _search(car: Car, action: Floats, start: Floats) -> Equilibrium | None:
-    with np.errstate(all="ignore"):
-        state = root(lambda x: car.derivative(x[None], action[None])[0], start, tol=1e-13).x
+    def rate(state: Floats) -> Floats:
+        return np.asarray(car.derivative(state[None], action[None])[0])
+
+    state = root(rate, start, tol=1e-13).x
     if not np.isfinite(state).all():
         return None
-    residual = float(np.abs(car.derivative(state[None], action[None])).max())
+    residual = float(np.abs(rate(state)).max())
     if not residual <= RESIDUAL:
         return None
     values = np.linalg.eigvals(jacobians(car, state, action)[0]).astype(complex)
