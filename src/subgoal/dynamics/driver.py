@@ -118,7 +118,7 @@ def turns(car: Car, *, noise: float = 1.0, duration: float = 30.0, trajectories:
 
 
 def path(states: Any, times: Any) -> Floats:
-    """(N, 3) x, y in m and heading in rad of a car whose body velocities ``states`` (N, ≥ 3) are known at ``times`` (N,).
+    """(N, 3) x, y in m and heading in rad of a car with body velocities ``states`` (N, ≥ 3) at ``times`` (N,).
 
     It starts at the origin, heading along x. Yaw rate and body velocities are averaged over each step, at the heading
     half way. Raises ``InputError`` for times that do not increase.
