@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -129,6 +129,15 @@ class Candidates:
     def n_candidates(self) -> int:
         """G."""
         return len(self.points)
+
+    def some(self, kept: Any) -> Candidates:
+        """Those of some rows, numbers or booleans, with the prior of them alone."""
+        rows = np.arange(self.n_candidates)[kept]
+        return replace(
+            self, points=self.points[rows], log_prior=self.log_prior[rows],
+            names=tuple(self.names[g] for g in rows) if self.names else (),
+            goal_sets=None if self.goal_sets is None else tuple(self.goal_sets[g] for g in rows),
+        )  # fmt: skip
 
     def name(self, g: int) -> str:
         """The label of candidate ``g``, or the empty string."""

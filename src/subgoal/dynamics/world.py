@@ -98,7 +98,8 @@ class ContinuousWorld:
         if np.isfinite(metric.period).any():
             raise InputError("gaussian", found="angles that wrap", wanted="dimensions that do not",
                              hint="gaussian=False, which takes the mean of the model")  # fmt: skip
-        spread = np.asarray(self.dynamics.variance(states, actions, self.step), float)  # type: ignore[attr-defined]
+        law: Any = self.dynamics
+        spread: Floats = np.asarray(law.variance(states, actions, self.step), float)
         if spread.shape != states.shape or not (spread >= 0).all():
             raise InputError("variance of the dynamics", found=f"shape {spread.shape}, least {spread.min():g}",
                              wanted=f"numbers of at least 0 of shape {states.shape}")  # fmt: skip

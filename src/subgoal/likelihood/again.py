@@ -13,6 +13,7 @@ import numpy as np
 
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.action_comparison import SLOW
+from subgoal.likelihood.gp_values import GaussianProcessValues
 from subgoal.likelihood.pairs import checked_pairs
 from subgoal.likelihood.planned_actions import PlannedActions, planned_actions
 from subgoal.likelihood.sources import ControllerActions, Directions, Pace
@@ -28,6 +29,8 @@ def same_likelihood(likelihood: LogLikelihood, demonstrations: Demonstrations) -
     source: Any = likelihood.source
     if isinstance(source, (Directions, ControllerActions)):
         return _compared(likelihood, demonstrations, pace_of(likelihood))
+    if isinstance(source, GaussianProcessValues):
+        return replace(likelihood, source=source.again(demonstrations), demonstrations=demonstrations, weight=None)
     if not isinstance(source, PlannedActions):
         raise _cannot(likelihood)
     fresh = planned_actions(
@@ -80,7 +83,7 @@ class Steps:
             self._everywhere = _planned_everywhere(source)
         elif isinstance(source, (Directions, ControllerActions)):
             self._pace = pace_of(likelihood)
-        else:
+        elif not isinstance(source, GaussianProcessValues):
             raise _cannot(likelihood)
 
     def table(self, state: Any, action: Any) -> LogLikelihood:
@@ -88,6 +91,8 @@ class Steps:
         one = Demonstrations.from_arrays(np.asarray(state)[None], np.asarray(action)[None], np.array([0, 1]))
         if self._pace is not None:
             return _compared(self._likelihood, one, self._pace)
+        if isinstance(self._likelihood.source, GaussianProcessValues):
+            return same_likelihood(self._likelihood, one)
         states, actions = checked_pairs(one, self._everywhere.mdp)
         single = self._everywhere.table.available[states].sum(axis=1) == 1
         zero = np.zeros(1, np.int64)

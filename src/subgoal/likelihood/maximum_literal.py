@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from subgoal.likelihood.assigned import ActionValues, Chords, Shortfalls
+from subgoal.likelihood.gp_values import TestedValues
 from subgoal.likelihood.source import Assigned, Levels
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.runtime.errors import InputError
@@ -63,4 +64,9 @@ def _best(taken: Assigned) -> Assigned:
         return replace(taken, gap=np.zeros_like(taken.gap))
     if isinstance(taken, ActionValues):
         return replace(taken, actions=taken.values.argmax(axis=1))
-    raise InputError("likelihood", found=type(taken).__name__, wanted="planned actions or action comparison")
+    if isinstance(taken, TestedValues):
+        best = np.maximum(taken.taken, taken.tested.max(axis=1))
+        return replace(taken, taken=best)
+    raise InputError(
+        "likelihood", found=type(taken).__name__, wanted="planned actions, of any kind, or action comparison"
+    )

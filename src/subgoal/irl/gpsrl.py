@@ -1,0 +1,119 @@
+"""Gaussian process subgoal reward learning (thesis Algorithm 5): several goals of one continuous demonstration."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from subgoal.candidates.places import epsilon_net
+from subgoal.candidates.record import Candidates
+from subgoal.demonstrations.held import time_step
+from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.dynamics.protocol import Dynamics
+from subgoal.dynamics.world import ContinuousWorld
+from subgoal.gaussian.coordinates import spread_metric
+from subgoal.gaussian.smoothers import Smoother
+from subgoal.likelihood.gp_actions import DEFAULT_CONFIDENCE, GAUSSIAN, WIDTH, gp_actions
+from subgoal.partition.persistence import Persistent
+from subgoal.posterior.posterior import Posterior
+from subgoal.posterior.sample import sample
+from subgoal.runtime.checks import positive
+from subgoal.runtime.errors import InputError
+from subgoal.runtime.progress import Progress
+
+RADIUS = 0.35
+CONCENTRATION = 0.001
+DWELL = 4.0
+EXCHANGEABLE_CONFIDENCE = 30.0
+
+
+def gpsrl(
+    demonstrations: Demonstrations,
+    world: ContinuousWorld | Dynamics,
+    *,
+    bounds: tuple[Any, Any] | None = None,
+    metric: Metric | None = None,
+    candidates: Candidates | None = None,
+    radius: float = RADIUS,
+    support: Candidates | None = None,
+    confidence: float | None = None,
+    concentration: float = CONCENTRATION,
+    dwell: float | None = DWELL,
+    smoother: Smoother = GAUSSIAN,
+    width: float = WIDTH,
+    hold: float | None = None,
+    planning_progress: Progress | None = None,
+    **sampling: Any,
+) -> Posterior:
+    """The subgoals of a continuous demonstration, their number not given, thesis Algorithm 5 with its errors mended.
+
+    Thins the demonstration to candidates and support states (lines 2-7), plans for every candidate at once by Gaussian
+    processes (8-10), tabulates the density of the actions (6.2), and samples which subgoal explains which pair (11-19).
+
+    Parameters
+    ----------
+    demonstrations:
+        States (N, d) and held actions (N, k); ``hold_actions`` makes them of a faster recording.
+    world:
+        A ``ContinuousWorld``, or dynamics: then decisions are a step of the demonstrations apart.
+    bounds:
+        (low, high), (k,) each, of the actions, for dynamics alone: by default those that the dynamics name, else the
+        range of the demonstrated ones.
+    metric:
+        What is near; by default each dimension in units of its standard deviation. Give a floor, the least difference
+        that matters, where a dimension may carry noise alone: ``spread_metric(states, floor=...)``.
+    candidates, radius:
+        By default an ε-net of the states with ``radius`` in units of the metric.
+    support:
+        States at which values are known; the candidates if None.
+    confidence:
+        α in nats per whole future spent at the subgoal: 15, or 30 for the exchangeable model.
+    concentration:
+        η (2.8).
+    dwell:
+        Mean time for which a subgoal is kept, in the unit of the demonstrations' times. None: pairs are exchangeable,
+        as in the thesis, and their order says nothing.
+    smoother, width, hold:
+        As in ``gp_actions``.
+    sampling:
+        Settings of ``sample``: chains, draws, warmup, thin, seed, model, sampler, workers and so on.
+
+    Raises
+    ------
+    What ``gp_actions`` and ``sample`` raise; ``InputError`` for a dimension that never changes.
+    """
+    step = world.step if isinstance(world, ContinuousWorld) else time_step(demonstrations)
+    known = continuous_world(demonstrations, world, step, bounds)
+    if candidates is None:
+        states = np.asarray(demonstrations.states)
+        candidates = epsilon_net(demonstrations, radius, metric=metric or spread_metric(states))
+    elif metric is not None:
+        raise InputError("metric", found="given", wanted="None beside candidates, which have one")
+    if confidence is None:
+        confidence = DEFAULT_CONFIDENCE if dwell is not None else EXCHANGEABLE_CONFIDENCE
+    likelihood = gp_actions(
+        demonstrations, candidates, known, confidence=confidence, support=support, smoother=smoother, width=width,
+        hold=hold, progress=planning_progress,
+    )  # fmt: skip
+    if dwell is not None:
+        sampling.setdefault("model", Persistent(keep=math.exp(-step / positive("dwell", dwell))))
+    return sample(likelihood, concentration=concentration, **sampling)
+
+
+def continuous_world(
+    demonstrations: Demonstrations, world: ContinuousWorld | Dynamics, step: float, bounds: tuple[Any, Any] | None
+) -> ContinuousWorld:
+    """The world as it is, or one made of dynamics and bounds."""
+    if isinstance(world, ContinuousWorld):
+        if bounds is not None:
+            raise InputError("bounds", found="given", wanted="None beside a ContinuousWorld, which has some")
+        return world
+    if bounds is None:
+        bounds = getattr(world, "bounds", None)
+    if bounds is None:
+        actions = np.asarray(demonstrations.actions, float)
+        bounds = actions.min(axis=0), actions.max(axis=0)
+    return ContinuousWorld(world, *bounds, step=step)

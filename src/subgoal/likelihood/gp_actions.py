@@ -1,0 +1,136 @@
+"""The likelihood of thesis 6.3 in a continuous world, with its denominator mended: planning by Gaussian processes."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from subgoal.candidates.record import Candidates
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.dynamics.world import ContinuousWorld
+from subgoal.gaussian.coordinates import coordinates
+from subgoal.gaussian.goal_values import GoalValues, plan_goals
+from subgoal.gaussian.smoothers import Averager, GaussianSmoother, Smoother
+from subgoal.gaussian.value_iteration import MOST_SWEEPS, TOLERANCE, IterationStatus
+from subgoal.likelihood.gp_values import GaussianProcessValues, checked_pairs
+from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
+from subgoal.mdp.planners.outcome import PlanningWarning
+from subgoal.runtime.checks import Floats
+from subgoal.runtime.errors import InputError
+from subgoal.runtime.progress import Progress
+
+DEFAULT_CONFIDENCE = 15.0
+WIDTH = 0.7
+GAUSSIAN = GaussianSmoother()
+HOLD = {GaussianSmoother: 0.4, Averager: 0.32}
+"""Share of the future that must be possible at a candidate, by the smoother."""
+
+
+def gp_actions(
+    demonstrations: Demonstrations,
+    candidates: Candidates,
+    world: ContinuousWorld,
+    *,
+    confidence: float = DEFAULT_CONFIDENCE,
+    support: Candidates | None = None,
+    smoother: Smoother = GAUSSIAN,
+    width: float = WIDTH,
+    hold: float | None = None,
+    tolerance: float = TOLERANCE,
+    most_sweeps: int = MOST_SWEEPS,
+    dense_entries: int = DENSE_ENTRIES,
+    progress: Progress | None = None,
+) -> LogLikelihood:
+    """The table log p(a_i | s_i, g) = αQ_g(s_i, a_i) − log ∫ exp(αQ_g(s_i, u)) du.
+
+    Parameters
+    ----------
+    demonstrations:
+        States (N, d) and held actions (N, k), a step of the world apart; see ``hold_actions`` for faster recordings.
+    candidates:
+        G places, and the metric: distances in it decide what is near.
+    world:
+        Dynamics, bounds, test actions, step and horizon.
+    confidence:
+        α in nats per whole future: Q is the share of the discounted future spent at the subgoal, so that a number means
+        the same for every step and horizon (errata E29).
+    support:
+        Where values are known (thesis 6.4); the candidates if None.
+    smoother:
+        ``GaussianSmoother``, or ``Averager``, with which planning is a contraction.
+    width:
+        Of the reward of a subgoal (6.1), in units of the metric.
+    hold:
+        Candidates of which less than this share of the future can be spent there are dropped, and counted in the source
+        of the demonstrations. Default 0.4 (0.32 with an averager); 0 keeps all.
+    tolerance, most_sweeps, progress:
+        Of value iteration.
+    dense_entries:
+        Above this N·G the table is computed in tiles and never held whole; the draws are the same.
+
+    Warns
+    -----
+    PlanningWarning
+        Values still change after the last sweep.
+
+    Raises
+    ------
+    InputError
+        States of a discrete world, actions outside the bounds, dynamics that give NaN or another shape, fewer support
+        states than dimensions, no candidate that can be held.
+    BudgetError
+        Weights and rewards would need more than 4 GiB.
+    """
+    states, actions = _checked(demonstrations, candidates, world)
+    metric = candidates.metric
+    base = (candidates if support is None else support).points
+    if len(base) <= states.shape[1]:
+        raise InputError(
+            "support states", found=f"{len(base)} in {states.shape[1]} dimensions",
+            wanted="more states than dimensions",
+            hint="a smaller radius, or a longer recording",
+        )  # fmt: skip
+    plan = plan_goals(
+        coordinates(metric, base), coordinates(metric, candidates.points), world.ahead_of_tests(base, metric),
+        smoother=smoother, width=width, discount=world.discount, tolerance=tolerance, most_sweeps=most_sweeps,
+        progress=progress,
+    )  # fmt: skip
+    share = held_share(plan, candidates.points, world, metric)
+    least = HOLD.get(type(smoother), 0.0) if hold is None else hold
+    kept = share >= least
+    if not kept.any():
+        found = f"none of {len(kept)} can be held: at most {share.max():.2f} of the future"
+        hint = "a smaller hold, a larger width, or a better model"
+        raise InputError("candidates", found=found, wanted=f"{least:g} of it", hint=hint)
+    source = GaussianProcessValues(
+        plan.only(np.flatnonzero(kept)), world, metric, states, actions, world.ahead(states, actions, metric),
+        world.ahead_of_tests(states, metric), candidates.some(kept),
+        ~(metric.distance(states[:, None], base[None]) < 1e-9).any(axis=1),
+    )  # fmt: skip
+    if plan.status is not IterationStatus.CONVERGED:
+        warnings.warn(f"{plan.status.value} (residual {plan.residual:.1e})", PlanningWarning, stacklevel=2)
+    noted = demonstrations.source.noting(candidates_dropped_that_cannot_be_held=int((~kept).sum()))
+    return LogLikelihood(
+        source, confidence, source.candidates, replace(demonstrations, source=noted), dense_entries
+    )  # fmt: skip
+
+
+def held_share(plan: GoalValues, points: Floats, world: ContinuousWorld, metric: Any) -> Floats:
+    """(G,) which share of the discounted future can be spent at each goal, once there: max_u Q_g(s_g, u)."""
+    m = len(world.test_actions)
+    ahead = world.ahead_of_tests(points, metric)
+    return np.array(
+        [np.asarray(plan.action_values_of(ahead.some(slice(g * m, g * m + m)), g)).max() for g in range(len(points))]
+    )
+
+
+def _checked(demonstrations: Any, candidates: Any, world: Any) -> tuple[Floats, Floats]:
+    if not isinstance(candidates, Candidates) or candidates.goal_sets is not None:
+        raise InputError("candidates", found=type(candidates).__name__, wanted="Candidates that are places in space")
+    if not isinstance(world, ContinuousWorld):
+        raise InputError("world", found=type(world).__name__, wanted="a ContinuousWorld",
+                         hint="ContinuousWorld(dynamics, low, high, step)")  # fmt: skip
+    return checked_pairs(demonstrations, candidates.metric.dimension, world)
