@@ -98,7 +98,7 @@ def drive(
     if steps < 1:
         raise InputError("duration", found=duration, wanted=f"at least {1 / rate:g} s, one command")
     truth = replace(car, step=min(car.step, TRUTH_STEP))
-    gains = {name: _gains(truth, goal) * feedback for name, goal in goals.items()}
+    gains = {name: regulator(truth, goal) * feedback for name, goal in goals.items()}
     runs = []
     for k in range(whole("trajectories", trajectories)):
         generator = stream(seed, k)
@@ -141,7 +141,7 @@ def path(states: Any, times: Any) -> Floats:
     return frozen(out)
 
 
-def _gains(car: Car, goal: Equilibrium) -> Floats:
+def regulator(car: Car, goal: Equilibrium) -> Floats:
     """K (2, 4) of the discrete linear-quadratic regulator about a steady state; none at rest, where nothing steers."""
     if not goal.action.any():
         return np.zeros((2, 4))
