@@ -81,7 +81,7 @@ def test_a_car_on_a_slippery_road_has_its_own_manoeuvres() -> None:
 
 
 def test_all_branches_of_a_command_are_found() -> None:
-    """Countersteered at 2.5 m/s the rear-driven car has the drift, a tighter saddle, and a stable spin the other way."""
+    """Countersteered at 2.5 m/s the rear-driven car has the drift, a tighter saddle and a stable spin."""
     found = equilibria_of(REAR_DRIVE, (-0.30, 2.5))
     assert [each.stable for each in found] == [True, False, False]
     np.testing.assert_allclose(found[-1].state, manoeuvres(REAR_DRIVE)["left drift"].state, atol=1e-8)

@@ -60,7 +60,7 @@ def test_the_first_action_outside_is_named() -> None:
 
 
 def test_bounds_that_are_none_are_refused() -> None:
-    with pytest.raises(InputError, match="low at dimension 1: found 3.0, wanted below high, which is 3"):
+    with pytest.raises(InputError, match=r"low at dimension 1: found 3\.0, wanted below high, which is 3"):
         check_bounds([0.0, 3.0], [1.0, 3.0], [[0.5, 3.0]])
     with pytest.raises(InputError, match="2 and 2 bounds for 1 dimensions"):
         check_bounds([0.0, 3.0], [1.0, 4.0], [[0.5]])
