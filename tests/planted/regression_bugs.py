@@ -1,0 +1,55 @@
+"""Small wrongs in Gaussian-process regression, its sparse form, and the thinning of trajectories by it."""
+
+from __future__ import annotations
+
+from tests.planted.bug import Bug
+
+REGRESSION, EVIDENCE = "gaussian/regression.py", "gaussian/evidence.py"
+FACTOR, COVARIANCES = "gaussian/factor.py", "gaussian/covariances.py"
+TEST, SLOPE = "gaussian/test_regression.py", "gaussian/test_evidence.py"
+EXACT = TEST + "::test_mean_variance_weights_and_evidence_against_explicit_inverses"
+MERGED = TEST + "::test_repeated_points_that_agree_are_merged_without_noise_and_said_to_be"
+GRADIENT = SLOPE + "::test_gradient_is_that_of_central_differences"
+ONE_POINT = TEST + "::test_one_point_tells_no_length_and_the_one_given_stays"
+JITTERED = TEST + "::test_a_singular_covariance_is_jittered_and_said_to_be"
+REGRESSION_BUGS = [
+    Bug("the prior mean is not added back", REGRESSION, "@ self._solved + self.prior_mean", "@ self._solved", EXACT),
+    Bug("the prior mean is not taken off", REGRESSION, "residual = columns - centre", "residual = columns", EXACT),
+    Bug("the variance forgets what is known of half the points", REGRESSION,
+        "self.covariance(self._basis, places)) ** 2).sum(axis=0)",
+        "self.covariance(self._basis, places)) ** 2)[::2].sum(axis=0)", EXACT),
+    Bug("a constant of the evidence is dropped", EVIDENCE, "len(residual) * np.log(2 * np.pi)", "0.0", EXACT),
+    Bug("noise is part of what is predicted", COVARIANCES,
+        'return NoisyCovariance(whole, positive("noise_level", level), ',
+        'return NoisyCovariance(covariance, positive("noise_level", level), ',
+        TEST + "::test_noise_that_is_learned_is_no_part_of_the_function"),
+    Bug("merged observations are counted several times", REGRESSION, "/ share[:, None]", "", MERGED),
+    Bug("merging is not told", REGRESSION, "Status.MERGED if self.merged and", "Status.MERGED if False and", MERGED),
+    Bug("points with noise are merged", REGRESSION, "if model.noise == 0:", "if model.noise <= 1:",
+        TEST + "::test_repeated_points_with_noise_are_observations_of_their_own"),
+    Bug("contradictions are passed over", REGRESSION, "AGREE = 1e-12", "AGREE = 1e-3",
+        TEST + "::test_repeated_points_that_contradict_each_other_are_refused_without_noise"),
+    Bug("jitter is not told", FACTOR, "Factor(frozen(lower), share * scale, ", "Factor(frozen(lower), 0.0, ", JITTERED),
+    Bug("jitter starts large", FACTOR, "LEAST_JITTER = 1e-14", "LEAST_JITTER = 1e-5", JITTERED),
+    Bug("the largest entry for the largest column", FACTOR, "np.abs(matrix).sum(axis=0).max()", "np.abs(matrix).max()",
+        TEST + "::test_condition_is_that_of_the_matrix"),
+    Bug("an ill-conditioned matrix passes for exact", FACTOR, "ILL_CONDITIONED_FROM = 1e10",
+        "ILL_CONDITIONED_FROM = 1e19",
+        TEST + "::test_an_ill_conditioned_covariance_is_said_to_be_and_left_as_it_is"),
+    Bug("the gradient counts one function", EVIDENCE, "solved @ solved.T - count * cho_solve",
+        "solved @ solved.T - cho_solve", GRADIENT),
+    Bug("the noise has no logarithm in the gradient", COVARIANCES, "self.noise * np.eye(len(points))]",
+        "np.eye(len(points))]", GRADIENT),
+    Bug("all steps are taken", EVIDENCE, 'options={"maxiter": most_iterations}', 'options={"maxiter": 100}',
+        TEST + "::test_iterations_are_counted_and_running_out_of_them_is_told"),
+    Bug("a restart changes a length that no point tells", EVIDENCE, "np.where(silent & _blind(model, points)[0], start",
+        "np.where(silent & False, start", ONE_POINT),
+    Bug("what no point tells passes for found", EVIDENCE, "    if blind:\n", "    if False:\n", ONE_POINT),
+    Bug("what points tell together passes for found", EVIDENCE, "silent | together, strict", "silent, strict",
+        TEST + "::test_one_point_does_not_tell_noise_from_the_function"),
+    Bug("a bound passes for a maximum", EVIDENCE, "Fitted.AT_BOUND if on_bound else", "Fitted.AT_BOUND if False else",
+        TEST + "::test_a_value_on_its_bound_is_told"),
+    Bug("restarts are not drawn", EVIDENCE, "for x in (np.clip(start, low, high), *drawn)",
+        "for x in (np.clip(start, low, high), *drawn[:0])",
+        TEST + "::test_restarts_find_a_better_length_and_the_same_seed_the_same"),
+]  # fmt: skip
