@@ -6,11 +6,15 @@ from tests.planted.bug import Bug
 
 REGRESSION, EVIDENCE = "gaussian/regression.py", "gaussian/evidence.py"
 FACTOR, COVARIANCES = "gaussian/factor.py", "gaussian/covariances.py"
-TEST, SLOPE = "gaussian/test_regression.py", "gaussian/test_evidence.py"
+SPARSE, BOUND, INDUCING = "gaussian/sparse.py", "gaussian/evidence_bound.py", "gaussian/inducing.py"
+TEST, SLOPE, SPARSELY = (f"gaussian/test_{name}.py" for name in ("regression", "evidence", "sparse"))
 EXACT = TEST + "::test_mean_variance_weights_and_evidence_against_explicit_inverses"
 MERGED = TEST + "::test_repeated_points_that_agree_are_merged_without_noise_and_said_to_be"
 GRADIENT = SLOPE + "::test_gradient_is_that_of_central_differences"
 ONE_POINT = TEST + "::test_one_point_tells_no_length_and_the_one_given_stays"
+INVERSES = SPARSELY + "::test_against_explicit_inverses"
+DENSE = SPARSELY + "::test_with_every_point_it_is_the_dense_form"
+RISING = SPARSELY + "::test_gradient_of_the_bound_is_that_of_central_differences"
 JITTERED = TEST + "::test_a_singular_covariance_is_jittered_and_said_to_be"
 REGRESSION_BUGS = [
     Bug("the prior mean is not added back", REGRESSION, "@ self._solved + self.prior_mean", "@ self._solved", EXACT),
@@ -52,4 +56,31 @@ REGRESSION_BUGS = [
     Bug("restarts are not drawn", EVIDENCE, "for x in (np.clip(start, low, high), *drawn)",
         "for x in (np.clip(start, low, high), *drawn[:0])",
         TEST + "::test_restarts_find_a_better_length_and_the_same_seed_the_same"),
+    Bug("what is lost is not told", BOUND, "(quadratic + volume + self.lost)", "(quadratic + volume)", INVERSES),
+    Bug("what is lost counts double", BOUND, "(quadratic + volume + self.lost)", "(quadratic + volume + 2 * self.lost)",
+        INVERSES),
+    Bug("sparse variance forgets the data", SPARSE, " - (self._carried.inner.half_solve(half) ** 2).sum(axis=0)",
+        "", DENSE),
+    Bug("sparse weights without the noise", SPARSE, "@ self._carried.crossed / np.sqrt(self.noise)",
+        "@ self._carried.crossed", DENSE),
+    Bug("sparse mean without the prior mean", SPARSE, "@ self._solved + self.prior_mean", "@ self._solved", INVERSES),
+    Bug("inducing points have no slope", BOUND, 'slope = -np.einsum("ij,ijp->p", by_crossed',
+        'slope = 0 * np.einsum("ij,ijp->p", by_crossed', RISING),
+    Bug("the last block is left out", BOUND, "for start in range(0, len(points), m)",
+        "for start in range(0, len(points) - m, m)", RISING),
+    Bug("the prior's variance has no slope", BOUND, "slope -= 0.5 * count / model.noise",
+        "slope -= 0 * count / model.noise", RISING),
+    Bug("the slope by noise forgets what is lost", BOUND, "(held.trace - held.lost)", "held.trace", RISING),
+    Bug("the slope of one function only", BOUND, "+ 0.5 * count * held.excess", "+ 0.5 * held.excess", RISING),
+    Bug("the trace of the wrong size", BOUND, "float(n - m + np.trace", "float(n + np.trace", RISING),
+    Bug("the second matrix may be anything", SPARSE, "own if own is not Status.EXACT else inner", "own",
+        SPARSELY + "::test_little_noise_is_ill_conditioned_and_said_to_be"),
+    Bug("inducing points may repeat", SPARSE, "if len(first) < len(places):", "if False:",
+        SPARSELY + "::test_bad_input_is_named"),
+    Bug("nearest instead of farthest", INDUCING, "gap = np.minimum(gap,", "gap = np.maximum(-1,",
+        SPARSELY + "::test_farthest_points_are_each_the_farthest_from_those_before"),
+    Bug("the scale is forgotten", INDUCING, "scaled = given / _lengths(scale, given)", "scaled = given",
+        SPARSELY + "::test_farthest_points_measure_by_the_scale"),
+    Bug("k-means starts anywhere", INDUCING, 'random_state=whole("seed", seed, least=0)',
+        "random_state=None, max_iter=1", SPARSELY + "::test_k_means_centres_are_in_the_middle_and_the_same_each_time"),
 ]  # fmt: skip

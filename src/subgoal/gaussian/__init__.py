@@ -1,7 +1,33 @@
 """Gaussian processes, and dynamic programming with them for all goals at once."""
 
-from subgoal.gaussian.evidence import Fitted
-from subgoal.gaussian.factor import RegressionWarning, SingularError, Status
-from subgoal.gaussian.regression import GaussianProcess, Regression, fit
+from __future__ import annotations
 
-__all__ = ["Fitted", "GaussianProcess", "Regression", "RegressionWarning", "SingularError", "Status", "fit"]
+from importlib import import_module
+from typing import Any
+
+_HOME = {
+    "fit": "regression",
+    "GaussianProcess": "regression",
+    "Regression": "regression",
+    "fit_sparse": "sparse",
+    "SparseGaussianProcess": "sparse",
+    "farthest_points": "inducing",
+    "k_means_centres": "inducing",
+    "Fitted": "evidence",
+    "Status": "factor",
+    "SingularError": "factor",
+    "RegressionWarning": "factor",
+}
+"""Public names and the module each lives in: scikit-learn loads when one is used."""
+
+__all__ = [*_HOME]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'subgoal.gaussian' has no attribute {name!r}")
+    return getattr(import_module(f"subgoal.gaussian.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -69,10 +69,13 @@ class Factor:
         """L⁻¹ B for B (n, ...)."""
         return np.asarray(solve_triangular(self.lower, right, lower=True, check_finite=False))
 
+    def other_half_solve(self, right: Floats) -> Floats:
+        """L⁻ᵀ B for B (n, ...)."""
+        return np.asarray(solve_triangular(self.lower, right, lower=True, trans="T", check_finite=False))
+
     def solve(self, right: Floats) -> Floats:
         """A⁻¹ B for B (n, ...)."""
-        half = self.half_solve(right)
-        return np.asarray(solve_triangular(self.lower, half, lower=True, trans="T", check_finite=False))
+        return self.other_half_solve(self.half_solve(right))
 
 
 def factorise(matrix: Floats, most_jitter: float) -> Factor:
