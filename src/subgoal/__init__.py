@@ -15,7 +15,6 @@ _HOME = {
     "Demonstrations": "demonstrations.records",
     "Metric": "demonstrations.metric",
     "summarise": "demonstrations.summary",
-    "thin": "demonstrations.thinning",
     "Candidates": "candidates",
     "epsilon_net": "candidates",
     "visited": "candidates",

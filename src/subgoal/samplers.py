@@ -13,6 +13,8 @@ All but the ``alg4_literal`` forms draw from the same posterior; they differ in 
 """
 
 from subgoal.partition.alg4 import alg4_corrected, alg4_literal, alg4_literal_fresh_draw, alg4_literal_sum
+from subgoal.partition.annealed import Annealed as Annealed
+from subgoal.partition.annealed import annealed
 from subgoal.partition.blocked import blocked
 from subgoal.partition.cluster_collapsed import cluster_collapsed
 from subgoal.partition.collapsed import collapsed
@@ -26,6 +28,7 @@ __all__ = [
     "alg4_literal",
     "alg4_literal_fresh_draw",
     "alg4_literal_sum",
+    "annealed",
     "blocked",
     "cluster_collapsed",
     "collapsed",

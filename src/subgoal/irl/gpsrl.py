@@ -17,6 +17,7 @@ from subgoal.dynamics.world import ContinuousWorld
 from subgoal.gaussian.coordinates import spread_metric
 from subgoal.gaussian.smoothers import Smoother
 from subgoal.likelihood.gp_actions import DEFAULT_CONFIDENCE, GAUSSIAN, WIDTH, gp_actions
+from subgoal.partition.annealed import annealed
 from subgoal.partition.persistence import Persistent
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import sample
@@ -75,7 +76,8 @@ def gpsrl(
         η (2.8).
     dwell:
         Mean time for which a subgoal is kept, in the unit of the demonstrations' times. None: pairs are exchangeable,
-        as in the thesis, and their order says nothing.
+        as in the thesis, and their order says nothing; chains are then ``annealed``, unless a sampler is given, since
+        from one cluster they would not get anywhere.
     smoother, width, hold:
         As in ``gp_actions``.
     sampling:
@@ -100,6 +102,8 @@ def gpsrl(
     )  # fmt: skip
     if dwell is not None:
         sampling.setdefault("model", Persistent(keep=math.exp(-step / positive("dwell", dwell))))
+    elif "model" not in sampling:
+        sampling.setdefault("sampler", annealed)
     return sample(likelihood, concentration=concentration, **sampling)
 
 
