@@ -86,3 +86,16 @@ def sparse_variance(covariance, points, noise, inducing, at):
         k = gram(covariance, [x], inducing)[0]
         found.append(covariance(x, x) - k @ np.linalg.inv(inner) @ k + k @ left @ k)
     return np.array(found)
+
+
+def greedily_kept(matrix, noise, values):
+    """Rows kept, in order, and the mean they give: ends first, then the worst, until none is off by more than 1."""
+    n, kept = len(values), []
+    mean_now = np.zeros_like(values)
+    while len(kept) < n and (len(kept) < 2 or np.abs(values - mean_now).max() > 1):
+        error = np.abs(values - mean_now).max(axis=1)
+        error[kept] = -1
+        kept.append([0, n - 1][len(kept)] if len(kept) < 2 else int(error.argmax()))
+        inverse = np.linalg.inv(matrix[np.ix_(kept, kept)] + noise * np.eye(len(kept)))
+        mean_now = matrix[:, kept] @ inverse @ values[kept]
+    return kept, mean_now

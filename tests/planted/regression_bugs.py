@@ -7,6 +7,9 @@ from tests.planted.bug import Bug
 REGRESSION, EVIDENCE = "gaussian/regression.py", "gaussian/evidence.py"
 FACTOR, COVARIANCES = "gaussian/factor.py", "gaussian/covariances.py"
 SPARSE, BOUND, INDUCING = "gaussian/sparse.py", "gaussian/evidence_bound.py", "gaussian/inducing.py"
+THINNING, THIN = "gaussian/trajectory_thinning.py", "gaussian/test_trajectory_thinning.py"
+NAIVE = THIN + "::test_rows_and_mean_against_the_naive_greedy_choice"
+EACH = THIN + "::test_every_trajectory_is_thinned_by_itself_and_its_ends_stay"
 TEST, SLOPE, SPARSELY = (f"gaussian/test_{name}.py" for name in ("regression", "evidence", "sparse"))
 EXACT = TEST + "::test_mean_variance_weights_and_evidence_against_explicit_inverses"
 MERGED = TEST + "::test_repeated_points_that_agree_are_merged_without_noise_and_said_to_be"
@@ -83,4 +86,24 @@ REGRESSION_BUGS = [
         SPARSELY + "::test_farthest_points_measure_by_the_scale"),
     Bug("k-means starts anywhere", INDUCING, 'random_state=whole("seed", seed, least=0)',
         "random_state=None, max_iter=1", SPARSELY + "::test_k_means_centres_are_in_the_middle_and_the_same_each_time"),
+    Bug("the mean moves without the noise", THINNING, "max(diagonal[row] + model.noise -", "max(diagonal[row] -",
+        NAIVE),
+    Bug("rows kept before are chosen again", THINNING, "np.where(left, error, -1.0)",
+        "np.where(~left, error, -1.0)", NAIVE),
+    Bug("the first column only is watched", THINNING, "np.abs(scaled - mean)[:, counted].max(axis=1)\n        if",
+        "np.abs(scaled - mean)[:, 0]\n        if", NAIVE),
+    Bug("it ends at twice the tolerance", THINNING, "error.max() <= 1:", "error.max() <= 2:",
+        THIN + "::test_the_rest_is_reproduced_within_the_tolerance"),
+    Bug("the last may go", THINNING, "row = (0, n - 1)[k] if k < 2", "row = (0, n // 2)[k] if k < 2",
+        THIN + "::test_the_rest_is_reproduced_within_the_tolerance"),
+    Bug("columns of no account are learned from", THINNING, "_learned(x, scaled[:, counted], covariance)",
+        "_learned(x, scaled, covariance)", THIN + "::test_infinity_leaves_a_column_out_of_account_but_reproduces_it"),
+    Bug("what is too rough passes", THINNING, "[:, counted] <= 1).all())", "[:, counted] <= 1e9).all())",
+        THIN + "::test_places_in_the_thesis_form_and_two_ways_from_one_place_are_told"),
+    Bug("rows count from each trajectory's start", THINNING, "rows = np.concatenate([start + part.rows",
+        "rows = np.concatenate([0 * start + part.rows", EACH),
+    Bug("errors of the last trajectory", THINNING, "error = np.max([part.error for part in parts], axis=0)",
+        "error = parts[-1].error", THIN + "::test_errors_are_the_largest_of_all_trajectories"),
+    Bug("the length of a second, whatever the times", THINNING, "Matern(START * spacing, (spacing, 10 * span)",
+        "Matern(1.0, (1e-3, 1e3)", THIN + "::test_units_do_not_matter"),
 ]  # fmt: skip
