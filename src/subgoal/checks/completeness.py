@@ -1,4 +1,4 @@
-"""Whether p(a | s, g) sums to one over the actions: over the legal ones of a state, or around the circle."""
+"""Whether p(a | s, g) sums to one over the legal actions of a state, over the test actions, or around the circle."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from subgoal.checks.report import Found
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.likelihood.gp_values import GaussianProcessValues
 from subgoal.likelihood.planned_actions import PlannedActions
 from subgoal.likelihood.sources import ControllerActions, Directions
 from subgoal.likelihood.table import LogLikelihood
@@ -34,6 +35,8 @@ def complete(likelihood: LogLikelihood, remake: Remake | None) -> Found:
     plain = replace(likelihood, weight=None)
     if remake is None and isinstance(source, PlannedActions):
         return _verdict(_over_actions(plain, source))
+    if remake is None and isinstance(source, GaussianProcessValues):
+        return _verdict(_over_tests(plain, source))
     if not likelihood.demonstrations.is_discrete and np.shape(likelihood.demonstrations.states)[1] == 2:
         if np.max(_largest(likelihood.confidence)) > MOST_CONFIDENCE:
             return None, f"not run: a confidence above {MOST_CONFIDENCE:g}; try at() a lower one"
@@ -66,6 +69,15 @@ def _over_actions(likelihood: LogLikelihood, source: PlannedActions) -> Iterator
         each = np.arange(legal.size)
         asked = replace(source, pair=each, state_row=np.full(legal.size, row), action=legal)
         yield np.exp(replace(likelihood, source=asked).rows(0, legal.size)).sum(axis=0)
+
+
+def _over_tests(likelihood: LogLikelihood, source: GaussianProcessValues) -> Iterator[Floats]:
+    """Means over the test actions of observed states, times the volume of the actions: how their integral is taken."""
+    tests = source.world.test_actions
+    for i in _some(len(source.states), PLACES).tolist():
+        here = Demonstrations.from_arrays(np.tile(source.states[i], (len(tests), 1)), tests)
+        asked = replace(likelihood, source=source.again(here), demonstrations=here)
+        yield np.exp(asked.rows(0, len(tests)) + source.world.log_volume).mean(axis=0)
 
 
 def _circle() -> Floats:

@@ -74,7 +74,7 @@ class ContinuousWorld:
 
     def __repr__(self) -> str:
         told = f"{len(self.test_actions)} test actions, decides every {self.step:g}, looks {self.horizon:g} ahead"
-        return f"ContinuousWorld({self.dynamics!r}, {told})"
+        return f"ContinuousWorld({getattr(self.dynamics, '__name__', self.dynamics)}, {told})"
 
     @property
     def discount(self) -> float:

@@ -23,8 +23,8 @@ class Annealed:
     """A sampler whose chains do not begin in one cluster, for posteriors where one cluster is hard to leave.
 
     Each observation begins at a candidate drawn from its own posterior, and the concentration falls geometrically from
-    a quarter of the candidates to η within the first ``sweeps``. From then on it is ``sampler``, and as exact. Draws may
-    be kept from then on: the warm-up must be at least as long.
+    a quarter of the candidates to η within the first ``sweeps``. From then on it is ``sampler``, and as exact, and draws
+    may be kept: the warm-up must be at least as long.
 
     Attributes
     ----------
@@ -42,8 +42,9 @@ class Annealed:
 
     @property
     def __name__(self) -> str:
-        """The word for provenance."""
-        return f"annealed({self.sweeps}, {self.sampler.__name__})"
+        """The word for provenance: ``annealed``, with its settings where they are not the usual ones."""
+        usual = self.sweeps == WARM_UP and self.sampler is collapsed_blocks
+        return "annealed" if usual else f"annealed({self.sweeps}, {self.sampler.__name__})"
 
     def __call__(self, chain: Chain, keep: Bools) -> Stretch:
         """Advance one chain; see ``Sampler``. Raises ``InputError`` if a draw of the fall is to be kept."""
