@@ -3,6 +3,8 @@
 from subgoal.dynamics.car import ALL_DRIVE, REAR_DRIVE, Car
 from subgoal.dynamics.driver import Driven, drive, path, turns
 from subgoal.dynamics.equilibria import Equilibrium, equilibria_of, manoeuvres, steady_state
+from subgoal.dynamics.learned import learn_dynamics
+from subgoal.dynamics.learned_dynamics import GaussianDynamics, HeldOut, LearnedDynamics
 from subgoal.dynamics.protocol import Dynamics, check_bounds, checked_dynamics
 from subgoal.dynamics.scripts import SCRIPT
 
@@ -12,12 +14,16 @@ __all__ = [
     "Driven",
     "Dynamics",
     "Equilibrium",
+    "GaussianDynamics",
+    "HeldOut",
+    "LearnedDynamics",
     "REAR_DRIVE",
     "SCRIPT",
     "check_bounds",
     "checked_dynamics",
     "drive",
     "equilibria_of",
+    "learn_dynamics",
     "manoeuvres",
     "path",
     "steady_state",

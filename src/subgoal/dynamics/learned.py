@@ -1,0 +1,83 @@
+"""Learning where actions lead, for those who have demonstrations and no model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+
+from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.dynamics.learned_dynamics import GaussianDynamics, HeldOut, LearnedDynamics
+from subgoal.dynamics.learned_models import Model, learn_affine, learn_neighbours, learn_processes
+from subgoal.dynamics.learned_pairs import Transitions, held_out, inputs, transitions
+from subgoal.runtime.checks import Bools, Floats, frozen
+from subgoal.runtime.errors import InputError
+
+Kind = Literal["linear", "gp", "neighbours", "best"]
+_LEARN: dict[str, Callable[[Floats, Floats, int], Model]] = {
+    "linear": learn_affine, "gp": learn_processes, "neighbours": learn_neighbours
+}  # fmt: skip
+
+
+def learn_dynamics(
+    demonstrations: Demonstrations,
+    *,
+    kind: Kind = "best",
+    step: float | None = None,
+    metric: Metric | None = None,
+    holdout: float = 0.2,
+    seed: int = 0,
+) -> LearnedDynamics:
+    """Learn where states (N, d) go under actions (N, k) in one step, and by how much that is wrong.
+
+    Parameters
+    ----------
+    kind:
+        "linear": an affine map. "neighbours": the five nearest observations. "gp": a Gaussian process for each
+        dimension, which also has variances (``GaussianDynamics``). "best": the one of the three that errs least on what
+        was held out.
+    step:
+        Duration of a step, a multiple of the time between two pairs, over which actions are averaged; not given: that
+        time. Learn the step that is planned with: in short ones noise hides what changes.
+    metric:
+        For its periods: dimensions that wrap.
+    holdout:
+        Share of the transitions that errors are told from, in whole stretches of time. What is returned has been
+        learned from all of them afterwards.
+    seed:
+        Of the stretches, and of the observations that Gaussian processes are made of where there are over 600.
+
+    Raises
+    ------
+    InputError
+        States of a discrete world, times that are missing or uneven, a step that is no multiple, a dimension that never
+        changes, too few transitions.
+    """
+    if kind not in (*_LEARN, "best"):
+        raise InputError("kind", found=repr(kind), wanted=", ".join(map(repr, (*_LEARN, "best"))))
+    width = np.shape(demonstrations.states)[-1] if not demonstrations.is_discrete else 1
+    plain = Metric.of(width, None, None if metric is None else tuple(metric.period))
+    moves = transitions(demonstrations, step, plain)
+    train, test = held_out(moves, holdout, seed)
+    at = inputs(plain, moves.states, moves.actions)
+    tried = {
+        each: _errors(_LEARN[each](at[train], moves.increments[train], seed), moves, at, test)
+        for each in (_LEARN if kind == "best" else (kind,))
+    }
+    taken = min(tried, key=lambda each: tried[each].overall)
+    model: Any = _LEARN[taken](at, moves.increments, seed)
+    low = np.where(np.min(demonstrations.states, axis=0) >= 0, 0.0, -plain.period / 2)
+    record = GaussianDynamics if taken == "gp" else LearnedDynamics
+    return record(
+        taken, moves.step, model, plain, tried, demonstrations.names, demonstrations.time_unit, frozen(low),
+        moves.actions.shape[1],
+    )  # fmt: skip
+
+
+def _errors(model: Model, moves: Transitions, at: Floats, test: Bools) -> HeldOut:
+    true = moves.increments[test]
+    error, stays = (np.sqrt(np.mean(off**2, axis=0)) for off in (model.increments(at[test]) - true, true))
+    spread = np.maximum(true.std(axis=0), 1e-12 * (1 + np.abs(moves.states).max(axis=0)))
+    return HeldOut(frozen(error), frozen(stays), frozen(error / spread), int(test.sum()))
