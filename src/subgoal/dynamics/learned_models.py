@@ -17,7 +17,7 @@ RIDGE = 1e-8
 """Of the mean squares of standardised inputs: enough for inputs that depend on each other, too little to shrink."""
 NEIGHBOURS = 5
 MOST_POINTS = 600
-MOST_FITTED = 300
+MOST_FITTED = 200
 """Of the points, how many the hyper-parameters are learned from."""
 TILE = 4096
 
@@ -103,7 +103,7 @@ def learn_processes(at: Floats, increments: Floats, seed: int) -> Processes:
     """A squared exponential with a length per input, and noise, of at most 600 observations.
 
     Half of these are as far apart as can be, half drawn at random. Lengths, variance and noise of each dimension have
-    the greatest evidence of 300 of them; the noise is at least 1 % of what the increments vary, in standard deviation.
+    the greatest evidence of 200 of them; the noise is at least 1 % of what the increments vary, in standard deviation.
     """
     centre, spread = at.mean(axis=0), at.std(axis=0)
     mean, scale = increments.mean(axis=0), _positive_spread(increments)
