@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import array_api_strict
 import numpy as np
 import pytest
 
@@ -99,6 +100,12 @@ def test_a_candidate_that_cannot_be_reached_is_flat_and_explains_nothing():
     for k, g in enumerate(NET.metric.distance(CORNERS[:, None], NET.points[None]).argmin(axis=1)):
         assert table.dense[legs == k, g].sum() > table.dense[legs == k, -1].sum() + 3
     np.testing.assert_allclose(table.dense[:, -1], table.source.log_flat(0, n), atol=1e-6)
+
+
+def test_planning_may_be_done_by_another_array_library(table):
+    other = gp_actions(DEMOS, NET, plane(), hold=0.0, place=array_api_strict.asarray)
+    assert isinstance(other.source.plan.values, np.ndarray)
+    np.testing.assert_allclose(other.dense, table.dense, atol=1e-9)
 
 
 def test_it_says_how_well_it_has_planned(table):

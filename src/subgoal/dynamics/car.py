@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -12,8 +13,13 @@ from subgoal._kernels.car import GRAVITY, Build, advance, derivatives
 from subgoal.dynamics.protocol import paired
 from subgoal.runtime.checks import Floats, frozen, positive
 from subgoal.runtime.errors import InputError
+from subgoal.runtime.executor import run_all
 
 _LENGTHS = ("mass", "inertia", "front", "rear", "friction", "stiffness", "shape", "lag", "smoothing", "step")
+
+
+ROWS = 4096
+"""Cars that one thread drives."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +105,10 @@ class Car:
     def __call__(self, states: Any, actions: Any, duration: float) -> Floats:
         """(B, 4) the states after ``duration`` seconds of held actions."""
         begin, held = self._checked(states, actions)
-        out = np.empty(begin.shape)
-        advance(begin, held, positive("duration", duration, zero=True), self.step, self._build, out)
+        out, seconds = np.empty(begin.shape), positive("duration", duration, zero=True)
+        edges = np.linspace(0, len(begin), max(1, len(begin) // ROWS) + 1).astype(int).tolist()
+        parts = [(begin[a:b], held[a:b], seconds, self.step, self._build, out[a:b]) for a, b in pairwise(edges)]
+        run_all(advance, parts, workers=None if len(parts) > 1 else 1)
         return out
 
     def derivative(self, states: Any, actions: Any) -> Floats:

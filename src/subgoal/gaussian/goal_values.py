@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
-from array_api_compat import array_namespace
+import numpy as np
+from array_api_compat import array_namespace, is_numpy_array, to_device
 
-from subgoal.gaussian.smoothers import Array, Smoother, squared_exponential
+from subgoal.gaussian.smoothers import Array, Smoothed, Smoother, squared_exponential
 from subgoal.gaussian.value_iteration import MOST_SWEEPS, TOLERANCE, IterationStatus, iterate_values
 from subgoal.runtime.checks import Floats, positive
 from subgoal.runtime.errors import BudgetError, InputError
@@ -37,6 +40,10 @@ class Ahead:
 
     def __len__(self) -> int:
         return int(self.points[-1].shape[0])
+
+    def on(self, place: Callable[[Floats], Array]) -> Ahead:
+        """The same, each array as ``place`` makes it of NumPy's."""
+        return Ahead(tuple(place(at) for at in self.points), None if self.variance is None else place(self.variance))
 
     def some(self, rows: slice) -> Ahead:
         """Those of some rows."""
@@ -94,29 +101,39 @@ class GoalValues:
 
     def values_at(self, at: Array) -> Array:
         """(q, G) values at states (q, e)."""
-        xp = array_namespace(at)
-        return xp.clip(self.smoother.weights(self.support, at) @ self.values, *SHARE)
+        return array_namespace(at).clip(self._smoothed(at, None), *SHARE)
 
     def action_values(self, ahead: Ahead) -> Array:
         """(q, G) values Q = (1 − γ)·R + γ·V of the actions that lead to ``ahead``: one step of look-ahead."""
-        return _action_values(self, ahead, self.goals, self.values)
+        after = array_namespace(self.values).clip(self._smoothed(ahead.points[-1], ahead.variance), *SHARE)
+        return (1 - self.discount) * rewards(ahead, self.goals, self.width) + self.discount * after
 
     def action_values_of(self, ahead: Ahead, goal: int) -> Array:
         """(q,) those of one goal."""
-        return _action_values(self, ahead, self.goals[goal : goal + 1, ...], self.values[:, goal : goal + 1])[:, 0]
+        return self.only(slice(goal, goal + 1)).action_values(ahead)[:, 0]
+
+    @cached_property
+    def _smoothed(self) -> Smoothed:
+        return self.smoother.through(self.support, self.values)
 
     def only(self, goals: Any) -> GoalValues:
         """The same of some goals."""
-        from dataclasses import replace
-
         return replace(self, goals=self.goals[goals, ...], values=self.values[:, goals], best=self.best[:, goals])
 
 
-def _action_values(plan: GoalValues, ahead: Ahead, goals: Array, values: Array) -> Array:
-    xp = array_namespace(values)
-    weights = plan.smoother.weights(plan.support, ahead.points[-1], ahead.variance)
-    after = xp.clip(weights @ values, *SHARE)
-    return (1 - plan.discount) * rewards(ahead, goals, plan.width) + plan.discount * after
+def in_main_memory(plan: GoalValues) -> GoalValues:
+    """The same with NumPy arrays, wherever it was planned."""
+    if is_numpy_array(plan.values):
+        return plan
+    found: dict[str, Any] = {name: _numpy(getattr(plan, name)) for name in ("support", "goals", "values", "best")}
+    return replace(plan, **found)
+
+
+def _numpy(array: Array) -> Any:
+    try:
+        return np.asarray(array)
+    except TypeError:
+        return np.asarray(to_device(array, "cpu"))
 
 
 def rewards(ahead: Ahead, goals: Array, width: float) -> Array:

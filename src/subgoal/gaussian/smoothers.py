@@ -7,6 +7,7 @@ library.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -17,6 +18,10 @@ from subgoal.runtime.errors import InputError
 
 Array = Any
 """An array of any library that follows the array API standard."""
+
+
+Smoothed = Callable[[Array, Array | None], Array]
+"""From states (q, e), and their variance or None, to values (q, G)."""
 
 
 class Smoother(Protocol):
@@ -31,6 +36,9 @@ class Smoother(Protocol):
 
         With ``variance`` (q, e) the states are Gaussian with that diagonal covariance, and W gives expectations.
         """
+
+    def through(self, support: Array, values: Array) -> Smoothed:
+        """The function W·values of states (q, e) and their variance, for values (n, G) at the support states."""
 
 
 @dataclass(frozen=True)
@@ -69,22 +77,33 @@ class GaussianSmoother:
         For two equal support states and no noise there is no such Gaussian process.
         """
         xp = array_namespace(support, at)
-        n = support.shape[0]
-        inner = squared_exponential(support, support, self.length)
-        inner = inner + self.noise * xp.eye(n, dtype=support.dtype, device=support.device)
         outer = squared_exponential(at, support, self.length, variance)
+        weights = xp.linalg.solve(self._covariance(support), outer.T).T
+        if self.most_gain == math.inf:
+            return weights
+        size = xp.sum(xp.abs(weights), axis=1, keepdims=True)
+        one = xp.ones_like(size)
+        return weights * xp.where(size > self.most_gain, self.most_gain / xp.where(size > 0, size, one), one)
+
+    def through(self, support: Array, values: Array) -> Smoothed:
+        """See ``Smoother``: without a limit of the gain, K(Y, X) times what is solved for once."""
+        if self.most_gain != math.inf:
+            return lambda at, variance: self.weights(support, at, variance) @ values
+        solved = array_namespace(support, values).linalg.solve(self._covariance(support), values)
+        return lambda at, variance: squared_exponential(at, support, self.length, variance) @ solved
+
+    def _covariance(self, support: Array) -> Array:
+        """K(X, X) + σ²I, well enough conditioned to be solved with."""
+        xp = array_namespace(support)
+        noise = self.noise * xp.eye(support.shape[0], dtype=support.dtype, device=support.device)
+        inner = squared_exponential(support, support, self.length) + noise
         condition = _condition(xp, inner)
         if not condition * xp.finfo(support.dtype).eps < 1e-3:
             raise InputError(
                 "support states", found=f"a covariance matrix of condition {condition:.1e}",
                 wanted="states that can be told apart", hint="a larger noise, a shorter length, or a larger radius",
             )  # fmt: skip
-        weights = xp.linalg.solve(inner, outer.T).T
-        if self.most_gain == math.inf:
-            return weights
-        size = xp.sum(xp.abs(weights), axis=1, keepdims=True)
-        one = xp.ones_like(size)
-        return weights * xp.where(size > self.most_gain, self.most_gain / xp.where(size > 0, size, one), one)
+        return inner
 
 
 @dataclass(frozen=True)
@@ -119,6 +138,10 @@ class Averager:
         near = squared_exponential(at, support, self.length, variance)
         total = xp.sum(near, axis=1, keepdims=True)
         return near / xp.where(total > self.floor, total, xp.full_like(total, self.floor))
+
+    def through(self, support: Array, values: Array) -> Smoothed:
+        """See ``Smoother``."""
+        return lambda at, variance: self.weights(support, at, variance) @ values
 
 
 def squared_exponential(at: Array, centres: Array, length: float, variance: Array | None = None) -> Array:

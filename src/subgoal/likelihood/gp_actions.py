@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.dynamics.world import ContinuousWorld
 from subgoal.gaussian.coordinates import coordinates
-from subgoal.gaussian.goal_values import GoalValues, plan_goals
+from subgoal.gaussian.goal_values import GoalValues, in_main_memory, plan_goals
 from subgoal.gaussian.smoothers import Averager, GaussianSmoother, Smoother
 from subgoal.gaussian.value_iteration import MOST_SWEEPS, TOLERANCE, IterationStatus
 from subgoal.likelihood.gp_values import GaussianProcessValues, checked_pairs
@@ -27,6 +28,8 @@ WIDTH = 0.7
 GAUSSIAN = GaussianSmoother()
 HOLD = {GaussianSmoother: 0.4, Averager: 0.32}
 """Share of the future that must be possible at a candidate, by the smoother."""
+TOGETHER = 32
+"""Goals whose states are looked at at once."""
 
 
 def gp_actions(
@@ -42,6 +45,7 @@ def gp_actions(
     tolerance: float = TOLERANCE,
     most_sweeps: int = MOST_SWEEPS,
     dense_entries: int = DENSE_ENTRIES,
+    place: Callable[[Floats], Any] = np.asarray,
     progress: Progress | None = None,
 ) -> LogLikelihood:
     """The table log p(a_i | s_i, g) = αQ_g(s_i, a_i) − log ∫ exp(αQ_g(s_i, u)) du.
@@ -68,6 +72,9 @@ def gp_actions(
         of the demonstrations. Default 0.4 (0.32 with an averager); 0 keeps all.
     tolerance, most_sweeps, progress:
         Of value iteration.
+    place:
+        Takes NumPy arrays to those of the library that is to plan, by the array API standard, such as
+        ``lambda array: torch.asarray(array, device="cuda")``. What follows planning runs in main memory.
     dense_entries:
         Above this N·G the table is computed in tiles and never held whole; the draws are the same.
 
@@ -94,10 +101,11 @@ def gp_actions(
             hint="a smaller radius, or a longer recording",
         )  # fmt: skip
     plan = plan_goals(
-        coordinates(metric, base), coordinates(metric, candidates.points), world.ahead_of_tests(base, metric),
-        smoother=smoother, width=width, discount=world.discount, tolerance=tolerance, most_sweeps=most_sweeps,
-        progress=progress,
+        place(coordinates(metric, base)), place(coordinates(metric, candidates.points)),
+        world.ahead_of_tests(base, metric).on(place), smoother=smoother, width=width, discount=world.discount,
+        tolerance=tolerance, most_sweeps=most_sweeps, progress=progress,
     )  # fmt: skip
+    plan = in_main_memory(plan)
     share = held_share(plan, candidates.points, world, metric)
     least = HOLD.get(type(smoother), 0.0) if hold is None else hold
     kept = share >= least
@@ -120,11 +128,13 @@ def gp_actions(
 
 def held_share(plan: GoalValues, points: Floats, world: ContinuousWorld, metric: Any) -> Floats:
     """(G,) which share of the discounted future can be spent at each goal, once there: max_u Q_g(s_g, u)."""
-    m = len(world.test_actions)
-    ahead = world.ahead_of_tests(points, metric)
-    return np.array(
-        [np.asarray(plan.action_values_of(ahead.some(slice(g * m, g * m + m)), g)).max() for g in range(len(points))]
-    )
+    m, ahead = len(world.test_actions), world.ahead_of_tests(points, metric)
+    share = np.empty(len(points))
+    for first in range(0, len(points), TOGETHER):
+        rows = np.arange(first, min(first + TOGETHER, len(points)))
+        values = np.asarray(plan.action_values(ahead.some(slice(first * m, (rows[-1] + 1) * m))))
+        share[rows] = values.reshape(rows.size, m, -1)[np.arange(rows.size), :, rows].max(axis=1)
+    return share
 
 
 def _checked(demonstrations: Any, candidates: Any, world: Any) -> tuple[Floats, Floats]:

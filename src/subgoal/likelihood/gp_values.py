@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
+from subgoal._kernels.softmax import tested_tile
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
@@ -59,7 +58,8 @@ class TestedValues:
 
     def log_density(self, confidence: Confidence) -> Floats:
         """(N,) αQ(s, a) − log mean_m exp(αQ(s, u_m)), per unit of volume of the actions."""
-        return log_densities(self.taken, self.tested, confidence, self.log_volume)
+        each = np.full(self.taken.shape, confidence, float)
+        return np.asarray(log_densities(self.taken[None], self.tested.T[None], each, self.log_volume)[0])
 
     def score(self, confidence: Confidence) -> Floats:
         """(N, k) the action taken less the mean one of the model, each in units of the range, times α."""
@@ -71,15 +71,14 @@ class TestedValues:
 
 
 def log_densities(taken: Floats, tested: Floats, confidence: Confidence, log_volume: float) -> Floats:
-    """(N, ...) log densities from values of the actions taken (N, ...) and tested (N, m, ...): equation (6.2), mended.
+    """(N, G) log densities from values of the actions taken (N, G) and tested (N, m, G): equation (6.2), mended.
 
     The denominator is the integral over the bounds of the actions, by the mean of the test actions, where (6.2) prints
     a maximum.
     """
-    alpha = np.asarray(confidence, float)
-    each = alpha[:, None] if alpha.ndim and tested.ndim == 2 else alpha
-    normaliser = logsumexp(each * tested, axis=1) - math.log(tested.shape[1])
-    return np.asarray(alpha * taken - normaliser - log_volume)
+    out = np.empty(taken.shape)
+    tested_tile(taken, tested, np.full(taken.shape[1], confidence, float), out)
+    return np.asarray(out - log_volume)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

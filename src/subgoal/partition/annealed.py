@@ -23,7 +23,7 @@ class Annealed:
     """A sampler whose chains do not begin in one cluster, for posteriors where one cluster is hard to leave.
 
     Each observation begins at a candidate drawn from its own posterior, and the concentration falls geometrically from
-    a quarter of the candidates to η within the first ``sweeps``. From then on it is ``sampler``, and as exact, and draws
+    a quarter of the candidates to η within the first ``sweeps``. From then on it is ``sampler``, as exact, and draws
     may be kept: the warm-up must be at least as long.
 
     Attributes
