@@ -90,6 +90,8 @@ def test_values_that_grow_without_bound_are_said_to(drifting):
 def test_an_unstable_setting_within_bounds_trips_the_monitor(drifting):
     support, ahead = drifting
     plan = planned(support, Ahead((1.6 * ahead.points[0],)), smoother=GaussianSmoother(2.5, 1e-5), discount=0.98)
+    weights = plan.smoother.weights(support, 1.6 * ahead.points[0])
+    assert plan.gain == pytest.approx(np.abs(weights).sum(axis=1).max())
     assert plan.gain > 10
     assert plan.status is IterationStatus.LIMIT
     assert plan.residual > 1e-3
@@ -101,6 +103,8 @@ def test_a_contraction_converges_and_its_bound_holds(drifting, smoother):
     support, ahead = drifting
     plan = planned(support, ahead, smoother=smoother)
     exact = planned(support, ahead, smoother=smoother, tolerance=1e-14, most_sweeps=1000)
+    assert plan.status is IterationStatus.CONVERGED
+    assert plan.residual <= 1e-4 < plan.residuals[-2]
     assert plan.gain <= 1 + 1e-12
     assert (plan.residuals[1:] <= DISCOUNT * plan.residuals[:-1] + 1e-15).all()
     assert np.abs(plan.values - exact.values).max() <= plan.error_bound
@@ -209,3 +213,33 @@ def test_more_than_the_memory_is_refused_before_it_is_taken(monkeypatch, driftin
     monkeypatch.setattr("subgoal.gaussian.goal_values.LARGEST", 1000)
     with pytest.raises(BudgetError, match="fewer support states"):
         planned(*drifting)
+
+
+def test_a_limit_of_the_gain_leaves_small_rows_alone(drifting):
+    support, ahead = drifting
+    plain = GaussianSmoother().weights(support, ahead.points[0])
+    limited = GaussianSmoother(most_gain=1.5).weights(support, ahead.points[0])
+    small = np.abs(plain).sum(axis=1) <= 1.5
+    assert small.any()
+    assert not small.all()
+    np.testing.assert_array_equal(limited[small], plain[small])
+    np.testing.assert_allclose(np.abs(limited[~small]).sum(axis=1), 1.5)
+    np.testing.assert_allclose(limited / np.abs(limited).sum(axis=1, keepdims=True),
+                               plain / np.abs(plain).sum(axis=1, keepdims=True), atol=1e-12)  # fmt: skip
+
+
+def test_an_averager_falls_to_zero_far_from_its_support(drifting):
+    support, _ = drifting
+    weights = Averager().weights(support, np.vstack([support[:1], [[5.0, 0.0]]]))
+    assert weights[0].sum() == pytest.approx(1.0)
+    assert 0 < weights[1].sum() < 0.05
+
+
+@pytest.mark.parametrize("smoother", [GaussianSmoother(), GaussianSmoother(most_gain=1.0), Averager()])
+@pytest.mark.parametrize("spread", [None, 0.2])
+def test_what_goes_through_a_smoother_is_its_weights_times_the_values(drifting, smoother, spread):
+    support, ahead = drifting
+    at, values = ahead.points[0], np.random.default_rng(1).uniform(size=(40, 3))
+    variance = None if spread is None else np.full_like(at, spread)
+    wanted = smoother.weights(support, at, variance) @ values
+    np.testing.assert_allclose(smoother.through(support, values)(at, variance), wanted, atol=1e-12)

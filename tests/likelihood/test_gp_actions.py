@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from dataclasses import replace
 
 import array_api_strict
@@ -16,7 +17,8 @@ from subgoal.likelihood import gp_values
 from subgoal.likelihood.again import same_likelihood
 from subgoal.likelihood.maximum_literal import literal_maximum
 from subgoal.mdp import PlanningWarning
-from subgoal.runtime.errors import InputError
+from subgoal.runtime.errors import InputError, StoppedError
+from subgoal.runtime.progress import Silent
 from tests.likelihood.point_mass import HIGH, LOW, plane, push, there_and_back
 
 DEMOS, legs, CORNERS = there_and_back()
@@ -58,6 +60,14 @@ def test_values_come_from_the_model_and_the_reward(table):
     wanted = (1 - plan.discount) * np.mean(near) + plan.discount * after
     assert source.taken[i, g] == pytest.approx(wanted, abs=1e-12)
     assert plan.discount == pytest.approx(np.exp(-0.5 / 3.0))
+
+
+def test_test_actions_are_valued_as_if_they_had_been_taken(table):
+    source = table.source
+    for u in (0, 17, 80):
+        every = replace(DEMOS, actions=np.tile(source.world.test_actions[u], (DEMOS.n_observations, 1)))
+        wanted = same_likelihood(table, every).source.taken
+        np.testing.assert_allclose(source.tested(0, DEMOS.n_observations)[:, u], wanted, atol=1e-12)
 
 
 def test_each_leg_speaks_for_its_corner(table):
@@ -114,6 +124,8 @@ def test_it_says_how_well_it_has_planned(table):
     assert "Bellman residual" in told
     assert "not proved" in told
     assert "a contraction" in gp_actions(DEMOS, NET, plane(), smoother=Averager(), hold=0.0).planner
+    apart = NET.metric.distance(DEMOS.states[:, None], NET.points[None]).min(axis=1)
+    np.testing.assert_array_equal(table.source.held_out, apart > 1e-9)
     residual = table.source.bellman_residuals()
     assert residual.shape == (int(table.source.held_out.sum()), NET.n_candidates)
     assert residual.mean() < 0.05
@@ -123,6 +135,19 @@ def test_not_converging_warns():
     wild = GaussianSmoother(2.5, 1e-6)
     with pytest.warns(PlanningWarning, match="NOT CONVERGED"):
         gp_actions(DEMOS, NET, plane(horizon=20.0), smoother=wild, hold=0.0, most_sweeps=3)
+
+
+class Stopping(Silent):
+    """As if Ctrl-C were pressed in the fifth sweep."""
+
+    def update(self, done, total):
+        if done == 5:
+            signal.raise_signal(signal.SIGINT)
+
+
+def test_planning_stops_after_the_sweep_in_hand():
+    with pytest.raises(StoppedError, match="stopped after 5 sweeps"):
+        gp_actions(DEMOS, NET, plane(), progress=Stopping())
 
 
 def test_scores_have_mean_zero_under_the_model(table):

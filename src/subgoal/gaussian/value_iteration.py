@@ -17,6 +17,7 @@ from array_api_compat import array_namespace, is_numpy_array
 from subgoal.gaussian.smoothers import Array
 from subgoal.runtime.checks import Floats, positive, whole
 from subgoal.runtime.errors import InputError
+from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
 
 TOLERANCE = 1e-4
@@ -35,6 +36,7 @@ class IterationStatus(enum.Enum):
         "NOT CONVERGED: values still change after the last sweep. Try: a larger noise of the smoother, a longer step, "
         "more sweeps, or Averager()"
     )
+    STOPPED = "STOPPED: interrupted before values had settled"
     DIVERGED = "DIVERGED: values grow without bound. Try: a larger noise of the smoother, bounds, or Averager()"
 
 
@@ -93,7 +95,7 @@ def iterate_values(
     start:
         (n, G) values to begin from; zero if None.
     progress:
-        Told of every sweep. Ctrl-C ends after the sweep in hand, with what there is then.
+        Told of every sweep. Ctrl-C ends after the sweep in hand, with what there is then; the status says so.
 
     Notes
     -----
@@ -110,7 +112,7 @@ def iterate_values(
     residuals: list[float] = []
     status = IterationStatus.LIMIT
     how = discount, bounds
-    with display:
+    with Interrupt() as interrupt, display:
         for sweep in range(most_sweeps):
             new = xp.concat([xp.max(worth, axis=1) for worth in _worth(reward, weights, values, *how)], axis=0)
             residuals.append(float(xp.max(xp.abs(new - values))))
@@ -121,6 +123,9 @@ def iterate_values(
                 break
             if not residuals[-1] <= top:
                 status = IterationStatus.DIVERGED
+                break
+            if interrupt.requested:
+                status = IterationStatus.STOPPED
                 break
     best = xp.concat([xp.argmax(worth, axis=1) for worth in _worth(reward, weights, values, *how)], axis=0)
     return Iterated(values, best, np.array(residuals), status)

@@ -20,7 +20,7 @@ from subgoal.likelihood.gp_values import GaussianProcessValues, checked_pairs
 from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
 from subgoal.mdp.planners.outcome import PlanningWarning
 from subgoal.runtime.checks import Floats
-from subgoal.runtime.errors import InputError
+from subgoal.runtime.errors import InputError, StoppedError
 from subgoal.runtime.progress import Progress
 
 DEFAULT_CONFIDENCE = 15.0
@@ -88,6 +88,8 @@ def gp_actions(
     InputError
         States of a discrete world, actions outside the bounds, dynamics that give NaN or another shape, fewer support
         states than dimensions, no candidate that can be held.
+    StoppedError
+        Ctrl-C while planning.
     BudgetError
         Weights and rewards would need more than 4 GiB.
     """
@@ -106,6 +108,8 @@ def gp_actions(
         tolerance=tolerance, most_sweeps=most_sweeps, progress=progress,
     )  # fmt: skip
     plan = in_main_memory(plan)
+    if plan.status is IterationStatus.STOPPED:
+        raise StoppedError(f"stopped after {plan.residuals.size} sweeps of planning: there is no likelihood yet")
     share = held_share(plan, candidates.points, world, metric)
     least = HOLD.get(type(smoother), 0.0) if hold is None else hold
     kept = share >= least
