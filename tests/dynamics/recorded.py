@@ -6,8 +6,8 @@ import numpy as np
 
 from subgoal.demonstrations.records import Demonstrations
 
-A = np.array([[0.95, 0.08], [-0.1, 0.9]])
-B = np.array([[0.02], [0.15]])
+A = np.array([[0.8, 0.5], [-0.4, 0.3]])
+B = np.array([[0.1], [0.5]])
 C = np.array([0.01, -0.03])
 STEP = 0.1
 

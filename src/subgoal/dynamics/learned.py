@@ -39,8 +39,8 @@ def learn_dynamics(
         dimension, which also has variances (``GaussianDynamics``). "best": the one of the three that errs least on what
         was held out.
     step:
-        Duration of a step, a multiple of the time between two pairs, over which actions are averaged; not given: that
-        time. Learn the step that is planned with: in short ones noise hides what changes.
+        Duration of a step, a multiple of the time between two pairs; not given: that time. Actions are averaged over
+        it, and taken as held. In short steps noise hides what changes; in long ones actions that are not held do.
     metric:
         For its periods: dimensions that wrap.
     holdout:
