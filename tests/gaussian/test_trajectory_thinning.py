@@ -60,6 +60,22 @@ def test_smooth_needs_few_and_a_turn_needs_more_around_it() -> None:
     assert near.mean() > 1.3 * (np.abs(TIMES - 4.5) < 0.5).mean()
 
 
+def shaking() -> tuple[np.ndarray, np.ndarray]:
+    """Twenty seconds at 100 Hz: a slow path with a tremor of 0.02 at 8 Hz, whose period 150 samples do not show."""
+    times = np.arange(2000) / 100
+    return times, np.sin(0.5 * times) + 0.02 * np.sin(16 * np.pi * times)
+
+
+def test_a_tremor_between_evenly_spaced_observations_is_seen() -> None:
+    thinned = thin_by_regression(*shaking(), 0.005)
+    assert thinned.status is Reproduction.WITHIN_TOLERANCE and 0.3 < thinned.saved < 0.9
+
+
+def test_a_tremor_within_the_tolerance_is_passed_over() -> None:
+    thinned = thin_by_regression(*shaking(), 0.04)
+    assert thinned.status is Reproduction.WITHIN_TOLERANCE and thinned.saved > 0.95
+
+
 def test_a_larger_tolerance_keeps_fewer() -> None:
     sizes = [len(thin_by_regression(TIMES, PATH, t).rows) for t in (0.001, 0.01, 0.1, 10.0)]
     assert sizes == sorted(sizes, reverse=True) and sizes[-1] == 2 and sizes[0] > 12

@@ -23,8 +23,8 @@ from subgoal.gaussian.regression import observations
 from subgoal.runtime.checks import Bools, Floats, Ints, frozen, real_array
 from subgoal.runtime.errors import InputError
 
-MOST_FITTED = 150
-"""Hyper-parameters are learned from at most this many evenly spaced observations."""
+MOST_FITTED, WINDOWS, WINDOW = 150, 3, 50
+"""Hyper-parameters are learned from at most so many evenly spaced observations, and windows of so many in a row."""
 MOST_ITERATIONS = 50
 START = 5.0
 """Length scale at which the search begins, in spacings of the observations: a search from longer ones may overshoot."""
@@ -130,8 +130,7 @@ def thin_by_regression(inputs: Any, values: Any, tolerance: Any, *, covariance: 
         raise InputError("tolerance", found="infinity throughout", wanted="a number for one column at least")
     centre, unit = columns.mean(axis=0), np.where(counted, limit, 1.0)
     scaled = (columns - centre) / unit
-    model = _learned(x, scaled[:, counted], covariance)
-    rows, mean = _greedy(model, x, scaled, counted)
+    model, rows, mean = _fewest(x, scaled, counted, covariance)
     reproduced = centre + mean * unit
     error = np.abs(reproduced - columns).max(axis=0)
     within = bool((np.abs(scaled - mean)[:, counted] <= 1).all())
@@ -190,31 +189,53 @@ def _tolerance(what: str, value: Any, count: int) -> Floats:
     return np.broadcast_to(limit, (count,))
 
 
-def _learned(inputs: Floats, scaled: Floats, covariance: Kernel | None) -> NoisyCovariance:
-    """The covariance of greatest evidence, from evenly spaced observations."""
+def _fewest(
+    inputs: Floats, scaled: Floats, counted: Bools, covariance: Kernel | None
+) -> tuple[NoisyCovariance, Ints, Floats]:
+    """The covariance that keeps fewer, the rows (K,), and the mean (n, c) given them.
+
+    Of a long recording, evenly spaced observations alone do not show what goes on between them, a tremor say; with
+    windows among them its length is learned although the tolerance may allow to pass it over. So both are tried.
+    """
     n = len(inputs)
-    some = np.unique(np.linspace(0, n - 1, min(n, MOST_FITTED)).round().astype(int))
-    x, y = inputs[some], scaled[some]
-    model = noisy_covariance(_covariance(x, y) if covariance is None else covariance, 0.0, inputs)
+    even = np.unique(np.linspace(0, n - 1, min(n, MOST_FITTED)).round().astype(int))
+    windows = [start + np.arange(WINDOW) for start in np.linspace(0, n - WINDOW, WINDOWS).astype(int)]
+    model = _learned(inputs, scaled[:, counted], [even, *windows] if n > MOST_FITTED else [even], covariance)
+    rows, mean = _greedy(model, inputs, scaled, counted, n)
+    if n > MOST_FITTED:
+        other = _learned(inputs, scaled[:, counted], [even], covariance)
+        fewer, other_mean = _greedy(other, inputs, scaled, counted, len(rows))
+        if len(fewer) < len(rows):
+            return other, fewer, other_mean
+    return model, rows, mean
+
+
+def _learned(inputs: Floats, scaled: Floats, parts: list[Ints], covariance: Kernel | None) -> NoisyCovariance:
+    """The covariance of greatest evidence, summed over parts of the observations."""
+    model = noisy_covariance(_covariance(inputs, scaled, parts) if covariance is None else covariance, 0.0, inputs)
     if not model.noise > 0:
         raise InputError("covariance", found="no noise", wanted="a WhiteKernel added to it")
-    if n < 3:
+    if len(inputs) < 3:
         return model
-    return ascend(
-        lambda tried: evidence_slope(tried, x, y), model, x, most_iterations=MOST_ITERATIONS, restarts=0, seed=0
-    ).model
+
+    def evidence(tried: NoisyCovariance) -> tuple[float, Floats]:
+        found = [evidence_slope(tried, inputs[part], scaled[part]) for part in parts]
+        return sum(value for value, _ in found), np.sum([slope for _, slope in found], axis=0)
+
+    return ascend(evidence, model, inputs[parts[0]], most_iterations=MOST_ITERATIONS, restarts=0, seed=0).model
 
 
-def _covariance(inputs: Floats, scaled: Floats) -> Kernel:
+def _covariance(inputs: Floats, scaled: Floats, parts: list[Ints]) -> Kernel:
     """The default; no shorter than the observations are apart, where all lengths have the same evidence."""
     span = float(np.ptp(inputs, axis=0).max()) or 1.0
-    spacing = span / max(len(inputs) - 1, 1)
+    finest = len(inputs) if len(parts) > 1 else len(parts[0])
+    spacing = span / max(finest - 1, 1)
     variance = max(float(scaled.var(axis=0).mean()), 1.0)
-    smooth = Matern(START * spacing, (spacing, 10 * span), nu=2.5)
+    smooth = Matern(START * math.sqrt(spacing * span / max(len(parts[0]) - 1, 1)), (spacing, 10 * span), nu=2.5)
     return ConstantKernel(variance, (1e-3 * variance, 1e3 * variance)) * smooth + WhiteKernel(NOISE[1] / 2, NOISE)
 
 
-def _greedy(model: NoisyCovariance, inputs: Floats, scaled: Floats, counted: Bools) -> tuple[Ints, Floats]:
+def _greedy(model: NoisyCovariance, inputs: Floats, scaled: Floats, counted: Bools, most: int) -> tuple[Ints, Floats]:
     """(K,) rows in the order kept, by the error of the ``counted`` columns, and the posterior mean (n, c) given them.
 
     Newton's form of the posterior mean: a column of the Cholesky factor of K + σ²I, extended to all inputs, is added
@@ -224,7 +245,7 @@ def _greedy(model: NoisyCovariance, inputs: Floats, scaled: Floats, counted: Boo
     mean, diagonal = np.zeros_like(scaled), model.signal.diag(inputs)
     columns, rows = np.empty((n, min(n, 16))), np.empty(n, np.int64)
     left = np.ones(n, bool)
-    for k in range(n):
+    for k in range(most):
         error = np.abs(scaled - mean)[:, counted].max(axis=1)
         if k > 1 and error.max() <= 1:
             return rows[:k], mean
@@ -236,7 +257,7 @@ def _greedy(model: NoisyCovariance, inputs: Floats, scaled: Floats, counted: Boo
         column = (model.signal(inputs, inputs[row : row + 1])[:, 0] - before @ before[row]) / pivot
         mean += np.outer(column, (scaled[row] - mean[row]) / pivot)
         columns[:, k], rows[k], left[row] = column, row, False
-    return rows, mean
+    return rows[:most], mean
 
 
 def _continuous(demonstrations: Demonstrations) -> tuple[Floats, Floats]:
