@@ -131,11 +131,12 @@ def case(name: str, demos: Demonstrations, goals: Goals) -> list[Row]:
     missed, missed_by_all, missed_by_few = (found.misses(goals) / extent for found in (ours, whole, plain))
     places = f"{len(ours.places)} places ({len(whole.places)} from all, {len(plain.places)} from every k-th)"
     total = took + ours.seconds
+    further = missed / missed_by_all if missed_by_all else None
     return [
         Row(f"{name}: {len(thinned.rows)} of {demos.n_observations:,} pairs, thinned in {took:.2f} s and learned",
             f"{total:.2f} s", "≥ 5 ×", whole.seconds >= 5 * total, "all pairs", whole.seconds / total),
         Row(f"  {len(goals)} goals, {places}; missed by", f"{missed:.1%}", "≤ 12 %", missed <= 0.12,
-            f"all pairs ({missed_by_all:.1%}; every k-th {missed_by_few:.1%})", missed / missed_by_all if missed_by_all else None),
+            f"all pairs ({missed_by_all:.1%}; every k-th {missed_by_few:.1%})", further),
         Row(f"  shares that are elsewhere than with all pairs (every k-th: {apart(plain, whole):.0%})",
             f"{apart(ours, whole):.0%}", "≤ 15 %", apart(ours, whole) <= 0.15),
         Row("  worst error of a reproduced pair, in tolerances", f"{worst:.2f}", "≤ 1", worst <= 1,
