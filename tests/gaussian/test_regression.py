@@ -10,8 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, Matern, RationalQuadratic, WhiteKernel
+from sklearn.gaussian_process.kernels import (
+    RBF,
+    CompoundKernel,
+    ConstantKernel,
+    DotProduct,
+    Matern,
+    RationalQuadratic,
+    WhiteKernel,
+)
 
+import subgoal.gaussian
 from subgoal.gaussian import Fitted, RegressionWarning, SingularError, Status, fit
 from subgoal.runtime.errors import InputError
 from tests.gaussian.functions import NOISE, ORACLE, SE, points, values
@@ -219,6 +228,27 @@ def test_order_of_observations_does_not_matter() -> None:
 def test_bad_input_is_named(named, change) -> None:
     with pytest.raises(InputError, match=named):
         made(**change)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_covariances_that_overflow_are_refused() -> None:
+    with pytest.raises(InputError, match="not finite"):
+        made([[1e200], [1.0]], [1.0, 2.0], DotProduct(1.0))
+
+
+def test_covariances_with_several_numbers_for_two_points_are_refused() -> None:
+    with pytest.raises(InputError, match="covariance"):
+        made(covariance=CompoundKernel([RBF(1.0), RBF(2.0)]))
+
+
+def test_a_process_tells_itself() -> None:
+    assert repr(made()) == f"GaussianProcess(25 observations in 2 dimensions, {SE}, noise 0.05: EXACT, GIVEN)"
+
+
+def test_other_names_are_not_there() -> None:
+    assert "fit" in dir(subgoal.gaussian)
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = subgoal.gaussian.nothing
 
 
 @pytest.mark.parametrize("at", [[[np.nan, 0.0]], [[0.0]], [0.0, 0.0], "ab"])

@@ -126,6 +126,17 @@ def test_close_inducing_points_are_jittered_and_said_to_be() -> None:
         made(close, most_jitter=0.0)
 
 
+def test_the_bound_of_singular_inducing_points_is_minus_infinity() -> None:
+    close = np.column_stack([np.linspace(0, 0.1, 12), np.zeros(12)])
+    value, slope = bound_slope(noisy_covariance(SE, NOISE, X), X, Y, close, 0.0)
+    assert value == -np.inf and (slope == 0).all()
+
+
+def test_a_sparse_process_tells_itself() -> None:
+    told = f"SparseGaussianProcess(40 observations through 7 points, {SE}, noise 0.05: EXACT, GIVEN)"
+    assert repr(made()) == told
+
+
 def test_little_noise_is_ill_conditioned_and_said_to_be() -> None:
     with pytest.warns(RegressionWarning, match="ILL-CONDITIONED"):
         process = made(np.vstack([Z, [50.0, 50.0]]), noise=1e-12)

@@ -155,7 +155,8 @@ def fit(
     optimise:
         False leaves the hyper-parameters as they are.
     most_iterations, restarts, seed:
-        Of the search (``ascend``).
+        Of the search (``ascend``). It is local: a start with length scales far too long can end where they are so short
+        that no two points know of each other, and is then called UNIDENTIFIED. Start short, or with restarts.
     most_jitter:
         Where K + σ²I is singular in floating point a variance is added, at most this share of the mean variance, and
         told by status, ``jitter`` and a ``RegressionWarning``. 0 never adds any.
