@@ -43,7 +43,7 @@ def temporal(run: Run, seed: int) -> tuple[Judged, Posterior]:
 def exchangeable(run: Run, seed: int) -> Judged:
     """GPSRL in which order says nothing, α = 30: annealed chains, the most probable subgoal of each pair."""
     found = _quietly(
-        subgoal.gpsrl, run.pairs, run.model, metric=run.metric, seed=seed, dwell=None, chains=2, warmup=75, draws=75,
+        subgoal.gpsrl, run.pairs, run.model, metric=run.metric, seed=seed, dwell=0, chains=2, warmup=75, draws=75,
         thin=1,
     )  # fmt: skip
     return run.judged(marginal_modes(found), found.candidates.points)

@@ -31,7 +31,7 @@ def test_three_corners_are_three_subgoals_their_number_not_given():
 
 
 def test_order_may_say_nothing():
-    found = subgoal.gpsrl(DEMOS, plane(), radius=0.3, dwell=None, seed=1, chains=4, warmup=75, draws=100, thin=1)
+    found = subgoal.gpsrl(DEMOS, plane(), radius=0.3, dwell=0, seed=1, chains=4, warmup=75, draws=100, thin=1)
     assert found.settings.sampler == "annealed"
     assert found.settings.confidence == 30.0
     assert (corners_found(found)[1] < 0.5).sum() >= 2
@@ -41,7 +41,7 @@ def test_dynamics_alone_are_enough():
     found = subgoal.gpsrl(DEMOS, push, bounds=(LOW, HIGH), seed=0, **FAST)
     world = found.likelihood.source.world
     assert world.step == pytest.approx(STEP)
-    assert world.horizon == 1.0
+    assert world.horizon == pytest.approx(5 * STEP)
     ranged = subgoal.gpsrl(DEMOS, push, seed=0, **FAST).likelihood.source.world
     np.testing.assert_array_equal(ranged.low, np.asarray(DEMOS.actions).min(axis=0))
 
@@ -58,10 +58,10 @@ def test_bounds_that_the_dynamics_name_are_taken():
 
 
 def test_subgoals_are_kept_for_the_dwell_on_average():
-    for dwell in (2.0, 8.0):
+    for dwell in (2.0, 8.0, None):
         found = subgoal.gpsrl(DEMOS, plane(), dwell=dwell, seed=0, **FAST)
         kept = np.asarray(found.parameters["persistence"])
-        np.testing.assert_allclose(kept, np.exp(-STEP / dwell))
+        np.testing.assert_allclose(kept, np.exp(-STEP / (dwell or 20 * STEP)))
 
 
 def test_the_same_seed_gives_the_same_draws():
@@ -93,7 +93,7 @@ def test_bad_input_is_refused():
     with pytest.raises(InputError, match="None beside a ContinuousWorld"):
         subgoal.gpsrl(DEMOS, plane(), bounds=(LOW, HIGH))
     with pytest.raises(InputError, match="dwell"):
-        subgoal.gpsrl(DEMOS, plane(), dwell=0.0)
+        subgoal.gpsrl(DEMOS, plane(), dwell=-1.0)
     still = subgoal.Demonstrations.from_arrays(
         np.column_stack([DEMOS.states, np.ones(81)]), DEMOS.actions, DEMOS.offset, times=DEMOS.times
     )

@@ -19,6 +19,8 @@ LISTED_FROM = 0.01
 COUNTED_FROM = 0.05
 """Subgoals with at least this share count in ``n_subgoals``."""
 MERGE_RADII = 5.0
+COARSE = {"Gaussian-process planning": 2.0}
+"""Where the net of candidates is coarse, its radius a good part of the distance between subgoals."""
 CREDIBLE = 0.95
 
 
@@ -126,12 +128,12 @@ def subgoals(posterior: Posterior, *, merge_radius: float | None = None) -> Subg
     """Merge near-duplicate candidates once for all chains and draws, and summarise each merged place.
 
     Candidates with an expected share of at least 0.1 % are merged by complete linkage within ``merge_radius`` (default
-    5 × ``Candidates.radius``), whether they alternate across draws or are active in the same one. A merged subgoal sits
-    at its heaviest member with the summed share.
+    5 × ``Candidates.radius``, in continuous worlds 2 ×), whether they alternate across draws or are active in the same
+    one. A merged subgoal sits at its heaviest member with the summed share.
     """
     candidates = posterior.candidates
     if merge_radius is None:
-        merge_radius = MERGE_RADII * candidates.radius
+        merge_radius = COARSE.get(posterior.settings.likelihood, MERGE_RADII) * candidates.radius
     merge_radius = positive("merge_radius", merge_radius, zero=True)
     expected = posterior.expected_shares
     kept = np.flatnonzero(expected >= MERGED_FROM)

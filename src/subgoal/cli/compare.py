@@ -81,7 +81,9 @@ def compare(
     from subgoal.reporting.results import write_results
     from subgoal.runtime.progress import progress_display
 
-    world, demonstrations, side = gridded(file, reading, o.box(start_within), cell, moves, discount)
+    world, demonstrations, side = gridded(
+        file, reading, o.intervals("--start-within", start_within), cell, moves, discount
+    )
     if not quiet:
         told = f"{world.n_states} cells, {demonstrations.n_observations} decisions in"
         print(f"{told} {demonstrations.n_trajectories} trajectories")

@@ -20,7 +20,7 @@ def demo(
     quiet: o.Quiet = False,
 ) -> None:
     """Learn from seven human pen strokes (LASA handwriting recordings): two corners and the end of a Z."""
-    from subgoal.cli.learn import learn_file
+    from subgoal.cli.pipeline import learn_file
 
     learn_file(
         recording(shape), out, {"every": 20}, {}, {"weights": None, "period": None},

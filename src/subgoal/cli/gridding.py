@@ -126,7 +126,7 @@ def learn_in_cells(
 ) -> None:  # fmt: skip
     """``learn --likelihood grid``: as ``learn_file``, with actions planned in the cells of a grid world."""
     from subgoal.cli.compose import output_folder
-    from subgoal.cli.learn import CHECKPOINT, learn_table
+    from subgoal.cli.pipeline import CHECKPOINT, learn_table
     from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE
 
     _refuse_others(reading, places, metric, table)

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from subgoal.cli import options as o
-from subgoal.runtime.errors import InputError, StoppedError
+from subgoal.cli.pipeline import learn_file, scheduler_of
 
-if TYPE_CHECKING:
-    from subgoal.likelihood.table import LogLikelihood
-    from subgoal.posterior.posterior import Posterior
-
-CONFIDENCE = 3.0
-CHECKPOINT = ".checkpoint.npz"
-CELLS = "grid"
-"""Word for planning in cells."""
+CELLS, PROCESSES = "grid", "gp"
+"""Words for planning in cells, and by Gaussian processes."""
 PLACES = "Candidate places"
 MODEL = "Model"
 RUN = "Run"
@@ -106,7 +97,8 @@ def learn(
     likelihood: Annotated[
         str | None,
         typer.Option(
-            help="grid: plan in cells, instead of comparing directions. Else the column with the tracker's confidence.",
+            help="grid: plan in cells; gp: plan in a continuous world, by Gaussian processes; instead of comparing "
+            "directions. Else the column with the tracker's confidence.",
             rich_help_panel=MODEL,
         ),
     ] = None,
@@ -127,6 +119,12 @@ def learn(
         str | None,
         typer.Option(help="Samples in walls and off the map: raise or drop.", rich_help_panel=o.WORLD),
     ] = None,
+    dynamics: o.DynamicsOption = None,
+    action_bounds: o.ActionBounds = None,
+    floor: o.Floor = None,
+    horizon: o.Horizon = None,
+    dwell: o.Dwell = None,
+    hold: o.Hold = None,
     min_likelihood: o.MinLikelihood = None,
     bodypart: o.Bodypart = None,
     start_within: o.StartWithin = None,
@@ -153,6 +151,8 @@ def learn(
 
       subgoal learn tracks.csv --likelihood grid --cell 0.5 --map floor.png --out out/
 
+      subgoal learn drive.csv -p vx,vy,r,w --action delta,w_c -t t --every 20 --likelihood gp --floor .5,.4,1,.5
+
       subgoal learn tracks.txt --start-within 480:inf,-inf:140 --every 9 --window 5 -a 10 --y-down
     """
     world = o.given(
@@ -161,9 +161,10 @@ def learn(
     reading = o.given(
         format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
         group=group, time_scale=time_scale, scale=scale, units=units, clock=clock,
-        likelihood=None if likelihood == CELLS else likelihood, min_likelihood=min_likelihood, bodypart=bodypart,
-        start_within=o.box(start_within), rate=rate, every=every, velocity=velocity, window=window, max_gap=max_gap,
-        thin=thin_radius, period=o.numbers("--period", period), separator=separator, decimal=decimal,
+        likelihood=None if likelihood in (CELLS, PROCESSES) else likelihood, min_likelihood=min_likelihood,
+        bodypart=bodypart, start_within=o.intervals("--start-within", start_within), rate=rate, every=every,
+        velocity=velocity, window=window, max_gap=max_gap, thin=thin_radius,
+        period=o.numbers("--period", period), separator=separator, decimal=decimal,
     )  # fmt: skip
     places = o.given(file=candidates, epsilon=epsilon, grid=grid)
     table = {"confidence": confidence, "controller": controller, "gain": gain, "speed_limit": speed_limit}
@@ -174,114 +175,24 @@ def learn(
     )  # fmt: skip
     how: dict[str, Any] = {"merge_radius": merge_radius, "y_down": y_down, "quiet": quiet, "learn_all": learn_all,
                            "sensitive": sensitivity}  # fmt: skip
+    continuous = o.given(
+        action_bounds=o.intervals("--action-bounds", action_bounds), floor=o.numbers("--floor", floor),
+        dynamics=dynamics, horizon=horizon, dwell=dwell, hold=hold,
+    )  # fmt: skip
     with scheduler_of(scheduler, backend):
+        if likelihood == PROCESSES:
+            from subgoal.cli.continuous import learn_by_processes
+
+            o.refuse(world, "--likelihood grid beside it")
+            learn_by_processes(
+                file, out, reading, places, metric, table, run, continuous, **how
+            )  # fmt: skip
+            return
+        o.refuse(continuous, "--likelihood gp beside it")
         if likelihood == CELLS:
             from subgoal.cli.gridding import learn_in_cells
 
             learn_in_cells(file, out, reading, places, metric, table, run, world | {"moves": moves}, **how)
             return
-        if world:
-            option = f"--{next(iter(world)).split('_')[0]}"
-            raise InputError(option, found="given", wanted="--likelihood grid beside it")
+        o.refuse(world, "--likelihood grid beside it")
         learn_file(file, out, reading, places, metric, table, run, **how)
-
-
-@contextmanager
-def scheduler_of(address: str | None, backend: str) -> Iterator[None]:
-    """A connected Dask client while it lasts, where there is an address."""
-    if address is None:
-        yield
-        return
-    if backend != "dask":
-        raise InputError("--scheduler", found=address, wanted="--backend dask beside it")
-    from subgoal.runtime.cluster import connect
-
-    with connect(address):
-        yield
-
-
-def learn_file(
-    file: Path,
-    out: Path,
-    reading: dict[str, Any],
-    places: dict[str, Any],
-    metric: dict[str, Any],
-    table: dict[str, Any],
-    run: dict[str, Any],
-    *,
-    merge_radius: float | None,
-    y_down: bool,
-    quiet: bool,
-    learn_all: bool = False,
-    sensitive: bool = False,
-) -> None:
-    """The pipeline behind ``learn`` and ``demo``: read, tabulate, sample, write, print."""
-    from subgoal.cli.compose import candidate_places, clock_told, likelihood_table, output_folder
-    from subgoal.demonstrations.metric import Metric
-    from subgoal.demonstrations.read import read
-
-    demonstrations = read(file, **reading)
-    if not quiet:
-        print(clock_told(demonstrations, file, reading))
-    plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
-    chosen = candidate_places(demonstrations, plan, **places)
-    fixed = table["confidence"] is not None
-    likelihood = likelihood_table(demonstrations, chosen, **(table if fixed else {**table, "confidence": CONFIDENCE}))
-    with output_folder(out) as folder:
-        learn_table(
-            likelihood, folder, run, merge_radius=merge_radius, y_down=y_down, quiet=quiet, learn_all=learn_all,
-            sensitive=sensitive, fixed=fixed, grouped="group" in reading,
-        )  # fmt: skip
-
-
-def learn_table(
-    likelihood: LogLikelihood,
-    folder: Path,
-    run: dict[str, Any],
-    *,
-    merge_radius: float | None,
-    y_down: bool,
-    quiet: bool,
-    learn_all: bool,
-    sensitive: bool,
-    fixed: bool,
-    grouped: bool,
-) -> None:
-    """Sample, write and print, of a likelihood with its demonstrations; ``fixed`` keeps its confidence."""
-    from subgoal.cli.compose import model_and_sampler
-    from subgoal.cli.table import print_results
-    from subgoal.cli.write import write
-    from subgoal.reporting.learned import GROUPS_DO_NOT_LAST
-    from subgoal.runtime.checks import positive
-
-    merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
-    if learn_all and grouped and not quiet:
-        print(f"note: {GROUPS_DO_NOT_LAST}")
-    sampler = run.pop("sampler", None)
-    run = run | model_and_sampler(likelihood.demonstrations, sampler, grouped=grouped, learn_all=learn_all)
-    run |= {"confidence": None} if learn_all and fixed else {}
-    posterior = _sampled(likelihood, folder, run, learn_all=learn_all, quiet=quiet)
-    complete = posterior.n_draws == posterior.settings.draws
-    results = write(
-        posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitive and complete, quiet=quiet
-    )
-    if not quiet:
-        print_results(posterior, results, folder)
-    if not complete:
-        told = f"{posterior.n_draws} of {posterior.settings.draws} draws per chain"
-        raise StoppedError(f"stopped with {told}, which stand in {folder}; --resume goes on")
-
-
-def _sampled(
-    likelihood: LogLikelihood, folder: Path, run: dict[str, Any], *, learn_all: bool, quiet: bool
-) -> Posterior:
-    """From ``learn`` or ``sample``, with a checkpoint in the folder; whether it converged is told later."""
-    from subgoal.irl.learn import learn as learn_everything
-    from subgoal.posterior.sample import ConvergenceWarning, sample
-    from subgoal.runtime.progress import progress_display
-
-    draw = learn_everything if learn_all else sample
-    display = progress_display("sampling", quiet=quiet)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        return draw(likelihood, checkpoint=folder / CHECKPOINT, progress=display, **run)

@@ -61,6 +61,40 @@ Moves = Annotated[
         help="4 or 8 directions. Paths recorded often cross edges of cells, hardly ever corners.", rich_help_panel=WORLD
     ),
 ]
+CONTINUOUS = "Continuous world"
+DynamicsOption = Annotated[
+    str | None,
+    typer.Option(
+        help="What actions do: best (default), linear, neighbours or gp (learned), rear-drive or all-drive (the "
+        "model car), or model.py:function of your own.",
+        rich_help_panel=CONTINUOUS,
+    ),
+]
+ActionBounds = Annotated[
+    str | None,
+    typer.Option(
+        help="Least and most of each action, e.g. -.5:.5,0:3.6; default: as recorded.", rich_help_panel=CONTINUOUS
+    ),
+]
+Floor = Annotated[
+    str | None,
+    typer.Option(
+        help="Least difference that matters in each dimension; its unit is the spread, or this.",
+        rich_help_panel=CONTINUOUS,
+    ),
+]
+Horizon = Annotated[
+    float | None,
+    typer.Option(help="How far ahead the demonstrator looks; default 5 steps.", rich_help_panel=CONTINUOUS),
+]
+Dwell = Annotated[
+    float | None,
+    typer.Option(help="How long a subgoal is kept on average; 0: order says nothing.", rich_help_panel=CONTINUOUS),
+]
+Hold = Annotated[
+    float | None,
+    typer.Option(help="Share of the future that must be possible at a candidate.", rich_help_panel=CONTINUOUS),
+]
 MinLikelihood = Annotated[
     float | None, typer.Option(help="Drop samples the tracker trusts less.", rich_help_panel=READING)
 ]
@@ -84,6 +118,13 @@ ThinRadius = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 
+def refuse(given: dict[str, Any], wanted: str) -> None:
+    """Raise ``InputError`` naming the first option of ``given``, if there is one."""
+    for name in given:
+        option = {"map_file": "--map", "corner": "--map-corner"}.get(name, f"--{name.replace('_', '-')}")
+        raise InputError(option, found="given", wanted=wanted)
+
+
 def words(text: str | None) -> list[str] | None:
     """ "x, y" as ["x", "y"]."""
     return None if text is None else [word.strip() for word in text.split(",") if word.strip()]
@@ -97,7 +138,7 @@ def numbers(what: str, text: str | None) -> list[float] | None:
         raise InputError(what, found=repr(text), wanted="numbers with commas between them, e.g. 1,0.5") from None
 
 
-def box(text: str | None) -> list[tuple[float, float]] | None:
+def intervals(what: str, text: str | None) -> list[tuple[float, float]] | None:
     """ "480:inf,-inf:140" as [(480, inf), (-inf, 140)]."""
     if text is None:
         return None
@@ -105,9 +146,7 @@ def box(text: str | None) -> list[tuple[float, float]] | None:
         pairs = [word.split(":") for word in words(text) or []]
         return [(float(low), float(high)) for low, high in pairs]
     except ValueError:
-        raise InputError(
-            "--start-within", found=repr(text), wanted="low:high for each column, e.g. 480:inf,-inf:140"
-        ) from None
+        raise InputError(what, found=repr(text), wanted="low:high for each column, e.g. 480:inf,-inf:140") from None
 
 
 def given(**options: Any) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, ClassVar, Literal
@@ -22,7 +22,7 @@ ROWS = 4096
 """Cars that one thread drives."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Car:
     """The single-track car with combined tyre slip of Velenis, Tsiotras and Lu; the numbers are those of a model car.
 
@@ -90,6 +90,11 @@ class Car:
         if not self.step * self._fastest <= 2:
             hint = "a shorter step, or a larger smoothing"
             raise InputError("step", found=self.step, wanted=f"at most {2 / self._fastest:.3g} s", hint=hint)
+
+    def __repr__(self) -> str:
+        usual = {each.name: each.default for each in fields(self)}
+        changed = [f"{name}={getattr(self, name)!r}" for name in usual if getattr(self, name) != usual[name]]
+        return f"Car({', '.join(changed) or 'rear-wheel drive'})"
 
     @property
     def _fastest(self) -> float:

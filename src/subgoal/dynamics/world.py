@@ -18,6 +18,7 @@ from subgoal.runtime.errors import BudgetError, InputError
 PER_AXIS = {1: 33, 2: 9, 3: 5}
 """Test actions along each dimension, by the number of dimensions; three for more."""
 MOST_TEST_ACTIONS = 100_000
+STEPS_AHEAD = 5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,7 +35,7 @@ class ContinuousWorld:
     step:
         Time between two decisions, in the unit of the dynamics.
     horizon:
-        τ, how far ahead one looks: γ = exp(−step/τ). The same unit.
+        τ, how far ahead one looks: γ = exp(−step/τ). The same unit; five steps by default.
     test_actions:
         (m, k) actions that are compared; by default a regular grid over the bounds, ends included.
     points:
@@ -47,7 +48,7 @@ class ContinuousWorld:
     low: Any
     high: Any
     step: float
-    horizon: float = 1.0
+    horizon: Any = None
     test_actions: Any = None
     points: int = 2
     gaussian: bool = False
@@ -58,8 +59,9 @@ class ContinuousWorld:
             raise InputError("bounds of the actions", found=f"{low} to {high}", wanted="one below the other throughout")
         for name, value in (("low", low), ("high", high)):
             object.__setattr__(self, name, value)
-        for name in ("step", "horizon"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
+        object.__setattr__(self, "step", positive("step", self.step))
+        horizon = STEPS_AHEAD * self.step if self.horizon is None else self.horizon
+        object.__setattr__(self, "horizon", positive("horizon", horizon))
         object.__setattr__(self, "points", whole("points", self.points))
         actions = action_grid(low, high) if self.test_actions is None else self.test_actions
         actions = real_array("test_actions", actions, ndim=2)
@@ -86,13 +88,21 @@ class ContinuousWorld:
         """Log of the volume of the actions between the bounds."""
         return float(np.log(self.high - self.low).sum())
 
-    def ahead(self, states: Floats, actions: Floats, metric: Metric) -> Ahead:
-        """Where each action (B, k) leads from its state (B, d), in coordinates of the metric."""
-        part = self.step / self.points
+    def after(self, states: Floats, actions: Floats) -> Floats:
+        """(B, d) the states one step after actions (B, k) in states (B, d)."""
+        return self._passed(states, actions)[-1]
+
+    def _passed(self, states: Floats, actions: Floats) -> list[Floats]:
+        """The states at the ``points`` moments of a step."""
         at, passed = states, []
         for _ in range(self.points):
-            at = checked_dynamics(self.dynamics, at, actions, part)
-            passed.append(coordinates(metric, at))
+            at = checked_dynamics(self.dynamics, at, actions, self.step / self.points)
+            passed.append(at)
+        return passed
+
+    def ahead(self, states: Floats, actions: Floats, metric: Metric) -> Ahead:
+        """Where each action (B, k) leads from its state (B, d), in coordinates of the metric."""
+        passed = [coordinates(metric, at) for at in self._passed(states, actions)]
         if not self.gaussian:
             return Ahead(tuple(passed))
         if np.isfinite(metric.period).any():

@@ -27,7 +27,7 @@ from subgoal.runtime.progress import Progress
 
 RADIUS = 0.35
 CONCENTRATION = 0.001
-DWELL = 4.0
+STEPS_KEPT = 20
 EXCHANGEABLE_CONFIDENCE = 30.0
 
 
@@ -42,7 +42,7 @@ def gpsrl(
     support: Candidates | None = None,
     confidence: float | None = None,
     concentration: float = CONCENTRATION,
-    dwell: float | None = DWELL,
+    dwell: float | None = None,
     smoother: Smoother = GAUSSIAN,
     width: float = WIDTH,
     hold: float | None = None,
@@ -75,7 +75,7 @@ def gpsrl(
     concentration:
         η (2.8).
     dwell:
-        Mean time for which a subgoal is kept, in the unit of the demonstrations' times. None: pairs are exchangeable,
+        Mean time for which a subgoal is kept, in the unit of the step: 20 steps by default. 0: pairs are exchangeable,
         as in the thesis, and their order says nothing; chains are then ``annealed``, unless a sampler is given, since
         from one cluster they would not get anywhere.
     smoother, width, hold:
@@ -95,16 +95,22 @@ def gpsrl(
     elif metric is not None:
         raise InputError("metric", found="given", wanted="None beside candidates, which have one")
     if confidence is None:
-        confidence = DEFAULT_CONFIDENCE if dwell is not None else EXCHANGEABLE_CONFIDENCE
+        confidence = EXCHANGEABLE_CONFIDENCE if dwell == 0 else DEFAULT_CONFIDENCE
     likelihood = gp_actions(
         demonstrations, candidates, known, confidence=confidence, support=support, smoother=smoother, width=width,
         hold=hold, progress=planning_progress,
     )  # fmt: skip
-    if dwell is not None:
-        sampling.setdefault("model", Persistent(keep=math.exp(-step / positive("dwell", dwell))))
-    elif "model" not in sampling:
-        sampling.setdefault("sampler", annealed)
-    return sample(likelihood, concentration=concentration, **sampling)
+    return sample(likelihood, concentration=concentration, **(lasting(step, dwell, sampling) | sampling))
+
+
+def lasting(step: float, dwell: float | None, given: Any = ()) -> dict[str, Any]:
+    """The model or the sampler for subgoals that are kept for ``dwell`` on average; none where one is ``given``."""
+    if "model" in given or (dwell == 0 and "sampler" in given):
+        return {}
+    if dwell == 0:
+        return {"sampler": annealed}
+    kept = STEPS_KEPT * step if dwell is None else positive("dwell", dwell)
+    return {"model": Persistent(keep=math.exp(-step / kept))}
 
 
 def continuous_world(

@@ -71,12 +71,12 @@ def segment_bars(
         name = label(found.listed[k].name) if k >= 0 else "no listed subgoal"
         data.append({
             "type": "bar", "orientation": "h", "name": name, "y": [b.row if row is None else row for b in mine],
-            "x": [_short(b.stop - b.start) for b in mine], "base": [_short(b.start) for b in mine],
+            "x": [short(b.stop - b.start) for b in mine], "base": [short(b.start) for b in mine],
             "width": 0.8,
             "marker": {"color": colour(k), "opacity": [round(0.15 + 0.85 * b.probability**2, 3) for b in mine],
                        "line": {"color": "#fff", "width": 0.5}},
             "text": [label(names[b.row]) for b in mine], "textposition": "none",
-            "customdata": [[_short(b.start), _short(b.stop), round(b.probability, 3), name] for b in mine],
+            "customdata": [[short(b.start), short(b.stop), round(b.probability, 3), name] for b in mine],
             **(axes or {}),
             "hovertemplate": "%{customdata[3]}<br>%{text}: %{customdata[0]} to %{customdata[1]}<br>"
                              "probability %{customdata[2]}<extra></extra>",
@@ -154,6 +154,6 @@ def _bars(edges: Any, heights: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _short(value: float) -> float:
+def short(value: float) -> float:
     """Six significant digits."""
     return float(f"{value:.6g}")

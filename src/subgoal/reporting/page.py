@@ -22,6 +22,7 @@ from subgoal.reporting.groups import group_section, shares_of_groups
 from subgoal.reporting.interactive import count_figure, residual_figures, strip_figure, trace_figure
 from subgoal.reporting.learned import counting_section, learned_section
 from subgoal.reporting.pieces import details, section
+from subgoal.reporting.portraits import portrait_section
 from subgoal.reporting.safe import script_json, text
 from subgoal.reporting.scene import scene_figure
 from subgoal.reporting.sensitivity import rate_section, sensitivity_section
@@ -83,6 +84,7 @@ def report(
         _strip(posterior, found, cut, figures),
         boundary_section(posterior, found, cut, figures),
         details("What each number means", meanings()),
+        portrait_section(posterior, found, figures),
         _counts(posterior, found, figures),
         comparison_section(comparison),
         _fit(posterior, figures),

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from subgoal.answers.portraits import portraits
 from subgoal.answers.residuals import residuals
 from subgoal.answers.segments import OTHER, Segments, segments
 from subgoal.answers.subgoals import COUNTED_FROM, Subgoals, reaches, subgoals
@@ -26,7 +27,7 @@ from subgoal.runtime.errors import InputError
 
 STALE = (
     "residuals.png", "residuals.svg", "groups.csv", "sensitivity.csv", "comparison.csv", "comparison.png",
-    "comparison.svg",
+    "comparison.svg", "portraits.png", "portraits.svg",
 )  # fmt: skip
 """Files that not every posterior gives, taken away when a new result has none."""
 
@@ -197,6 +198,7 @@ def _draw(posterior: Posterior, found: Subgoals, cut: Segments, folder: Path, y_
     from subgoal.plots.counts import plot_count_posterior, plot_subgoal_count
     from subgoal.plots.files import save_figure
     from subgoal.plots.fit import plot_residuals
+    from subgoal.plots.portraits import plot_portraits
     from subgoal.plots.strips import plot_segments
     from subgoal.plots.trajectories import plot_trajectories
 
@@ -206,6 +208,9 @@ def _draw(posterior: Posterior, found: Subgoals, cut: Segments, folder: Path, y_
         "subgoal_count": plot_subgoal_count(posterior),
         "count_posterior": plot_count_posterior(found),
     }
+    seen = portraits(posterior, found)
+    if seen is not None:
+        figures["portraits"] = plot_portraits(posterior, found, seen)
     fit = residuals(posterior)
     if fit is not None:
         figures["residuals"] = plot_residuals(posterior, fit)
