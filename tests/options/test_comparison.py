@@ -74,6 +74,9 @@ def test_deviation_is_taken_moment_by_moment() -> None:
     ours = recorded([0, 1, 2, 3, 4, 5, 6], [0, 0, 0, 0, 0], step=0.25)
     theirs = recorded([0, 2.5, 4], [1, 1, 1, 9, 9], step=0.5)
     np.testing.assert_allclose(deviation(metric, ours, theirs), [[np.sqrt(0.25 / 3), 0], [1, 0]])
+    np.testing.assert_allclose(deviation(metric, ours, theirs, after=0.4), [[np.sqrt(0.25 / 2), 0], [1, 0]])
+    with pytest.raises(InputError, match="after"):
+        deviation(metric, ours, theirs, after=1.0)
     with pytest.raises(InputError, match="whole multiple"):
         deviation(metric, recorded([0, 1, 2], step=0.3), recorded([0, 1, 2], step=0.5))
     with pytest.raises(InputError, match="found 1 trajectories, wanted 2"):

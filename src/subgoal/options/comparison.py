@@ -104,12 +104,16 @@ def stretches(posterior: Posterior, candidate: int, *, shortest: int = 1) -> Dem
     )  # fmt: skip
 
 
-def deviation(metric: Metric, runs: Demonstrations, shown: Demonstrations) -> Floats:
+def deviation(metric: Metric, runs: Demonstrations, shown: Demonstrations, *, after: float = 0.0) -> Floats:
     """(D, d) root mean square difference of trajectory k of ``runs`` from trajectory k of ``shown``, moment by moment.
 
-    In the units of each dimension, over the moments since the start that both have. Raises ``InputError`` for another
-    number of trajectories, and where the steps of ``shown`` are not whole multiples of those of ``runs``.
+    In the units of each dimension, over the moments since the start that both have; the share ``after`` of them at the
+    beginning is left out. Raises ``InputError`` for another number of trajectories, a share of 1 or more, and where the
+    steps of ``shown`` are not whole multiples of those of ``runs``.
     """
+    left_out = positive("after", after, zero=True)
+    if not left_out < 1:
+        raise InputError("after", found=after, wanted="a share below 1")
     if runs.n_trajectories != shown.n_trajectories:
         raise InputError("runs", found=f"{runs.n_trajectories} trajectories", wanted=f"{shown.n_trajectories}")
     ratio = time_step(shown) / time_step(runs)
@@ -121,5 +125,5 @@ def deviation(metric: Metric, runs: Demonstrations, shown: Demonstrations) -> Fl
     for ours, theirs in zip(trajectories(runs), trajectories(shown), strict=True):
         ours = ours[::stride][: len(theirs)]
         off = metric.difference(theirs[: len(ours)], ours) / metric.weights
-        out.append(np.sqrt((off**2).mean(axis=0)))
+        out.append(np.sqrt((off[int(left_out * len(off)) :] ** 2).mean(axis=0)))
     return np.array(out)

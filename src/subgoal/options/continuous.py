@@ -105,7 +105,7 @@ class ContinuousOption:
         at, tried = self._states(states), real_array("actions", actions, ndim=3)
         shape = tried.shape[:2]
         ahead = self.world.ahead(np.repeat(at, shape[1], axis=0), tried.reshape(-1, tried.shape[2]), self.metric)
-        return np.asarray(self.values.action_values_of(ahead, 0)).reshape(shape)
+        return np.asarray(self.values.action_values(ahead)).reshape(shape)
 
     def policy(self, states: Any) -> Floats:
         """(B, k) π_o(s) = argmax_a Q(s, a) (6.5) in states (B, d), within the bounds of the actions.
