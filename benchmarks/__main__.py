@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import command, large_worlds, planning, sampling, table, temporal
+from benchmarks import command, gp_planning, large_worlds, planning, sampling, table, temporal
 
 
 def main() -> int:
@@ -19,6 +19,7 @@ def main() -> int:
         planning.subgoals,
         planning.table_4_1,
         large_worlds.envelopes,
+        gp_planning.drives,
         command.learn,
     ):
         answer = case()

@@ -54,6 +54,7 @@ _ROOMS = {
     "mdp": "mdp",
     "continuous": "continuous",
     "dynamics": "dynamics",
+    "gaussian": "gaussian",
     "episodes": "demonstrations.episodes",
     "predictions": "answers.predictions",
     "scores": "answers.scores",

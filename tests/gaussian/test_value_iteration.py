@@ -144,7 +144,6 @@ def test_values_are_shares_of_the_future(drifting):
 def test_some_goals_are_those_goals(drifting):
     plan, ahead = planned(*drifting), drifting[1]
     np.testing.assert_allclose(plan.only([3, 5]).action_values(ahead), plan.action_values(ahead)[:, [3, 5]], atol=1e-12)
-    np.testing.assert_allclose(plan.action_values_of(ahead, 5), plan.action_values(ahead)[:, 5], atol=1e-12)
 
 
 def test_the_best_action_is_the_one_with_the_largest_value(drifting):

@@ -12,7 +12,7 @@ import numpy as np
 from array_api_compat import array_namespace, is_numpy_array, to_device
 
 from subgoal.gaussian.smoothers import Array, Smoothed, Smoother, squared_exponential
-from subgoal.gaussian.value_iteration import MOST_SWEEPS, TOLERANCE, IterationStatus, iterate_values
+from subgoal.gaussian.value_iteration import MOST_SWEEPS, TOLERANCE, Further, IterationStatus, iterate_values
 from subgoal.runtime.checks import Floats, positive
 from subgoal.runtime.errors import BudgetError, InputError
 from subgoal.runtime.progress import Progress
@@ -108,10 +108,6 @@ class GoalValues:
         after = array_namespace(self.values).clip(self._smoothed(ahead.points[-1], ahead.variance), *SHARE)
         return (1 - self.discount) * rewards(ahead, self.goals, self.width) + self.discount * after
 
-    def action_values_of(self, ahead: Ahead, goal: int) -> Array:
-        """(q,) those of one goal."""
-        return self.only(slice(goal, goal + 1)).action_values(ahead)[:, 0]
-
     @cached_property
     def _smoothed(self) -> Smoothed:
         return self.smoother.through(self.support, self.values)
@@ -153,6 +149,8 @@ def plan_goals(
     discount: float,
     tolerance: float = TOLERANCE,
     most_sweeps: int = MOST_SWEEPS,
+    start: Array | None = None,
+    further: Further | None = None,
     progress: Progress | None = None,
 ) -> GoalValues:
     """Values of every goal at every support state, thesis Algorithm 5 lines 8-10 with one weight matrix for all.
@@ -167,7 +165,7 @@ def plan_goals(
         ``GaussianSmoother`` or ``Averager``.
     width, discount:
         Of the rewards, in units of the metric; γ of one step.
-    tolerance, most_sweeps, progress:
+    tolerance, most_sweeps, start, further, progress:
         As in ``iterate_values``.
 
     Not converging does not raise: ``status`` says so. Raises ``InputError`` for shapes that do not fit and support
@@ -186,7 +184,7 @@ def plan_goals(
     reward = (1 - discount) * rewards(ahead, goals, positive("width", width))
     found = iterate_values(
         xp.reshape(reward, (n, actions, -1)), xp.reshape(weights, (n, actions, n)), discount=discount,
-        tolerance=tolerance, most_sweeps=most_sweeps, progress=progress,
+        tolerance=tolerance, most_sweeps=most_sweeps, start=start, further=further, progress=progress,
     )  # fmt: skip
     gain = float(xp.max(xp.sum(xp.abs(weights), axis=1)))
     return GoalValues(

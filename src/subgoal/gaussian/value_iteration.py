@@ -41,6 +41,14 @@ class IterationStatus(enum.Enum):
 
 
 @dataclass(frozen=True, eq=False)
+class Further:
+    """One more action for each support state and goal: its rewards (n, G) and weights (n, G, n)."""
+
+    reward: Array
+    weights: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Iterated:
     """Values after the last sweep.
 
@@ -76,6 +84,7 @@ def iterate_values(
     tolerance: float = TOLERANCE,
     most_sweeps: int = MOST_SWEEPS,
     start: Array | None = None,
+    further: Further | None = None,
     progress: Progress | None = None,
 ) -> Iterated:
     """Sweeps V ← max_u [R + γ·clip(W V)] until no value changes by more than ``tolerance``.
@@ -94,6 +103,8 @@ def iterate_values(
         When to stop.
     start:
         (n, G) values to begin from; zero if None.
+    further:
+        Actions of their own for each state and goal, beside those that all goals share; never counted in ``best``.
     progress:
         Told of every sweep. Ctrl-C ends after the sweep in hand, with what there is then; the status says so.
 
@@ -115,6 +126,8 @@ def iterate_values(
     with Interrupt() as interrupt, display:
         for sweep in range(most_sweeps):
             new = xp.concat([xp.max(worth, axis=1) for worth in _worth(reward, weights, values, *how)], axis=0)
+            if further is not None:
+                new = xp.maximum(new, _further_worth(further, values, *how))
             residuals.append(float(xp.max(xp.abs(new - values))))
             values = new
             display.update(sweep + 1, most_sweeps)
@@ -144,6 +157,13 @@ def _worth(
         if bounds is not None:
             after = xp.clip(after, bounds[0], bounds[1])
         yield reward[some, ...] + discount * after
+
+
+def _further_worth(further: Further, values: Array, discount: float, bounds: tuple[float, float] | None) -> Array:
+    """(n, G) values of the further actions."""
+    xp = array_namespace(values)
+    after = (further.weights[:, :, None, :] @ values.T[None, :, :, None])[:, :, 0, 0]
+    return further.reward + discount * (after if bounds is None else xp.clip(after, bounds[0], bounds[1]))
 
 
 def _check(reward: Array, weights: Array, discount: float, bounds: Any, tolerance: float, sweeps: int) -> None:

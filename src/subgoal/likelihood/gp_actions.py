@@ -11,9 +11,9 @@ import numpy as np
 
 from subgoal.candidates.record import Candidates
 from subgoal.demonstrations.records import Demonstrations
+from subgoal.dynamics.planning import plan_world
 from subgoal.dynamics.world import ContinuousWorld
-from subgoal.gaussian.coordinates import coordinates
-from subgoal.gaussian.goal_values import GoalValues, in_main_memory, plan_goals
+from subgoal.gaussian.goal_values import GoalValues
 from subgoal.gaussian.smoothers import Averager, GaussianSmoother, Smoother
 from subgoal.gaussian.value_iteration import MOST_SWEEPS, TOLERANCE, IterationStatus
 from subgoal.likelihood.gp_values import GaussianProcessValues, checked_pairs
@@ -42,6 +42,7 @@ def gp_actions(
     smoother: Smoother = GAUSSIAN,
     width: float = WIDTH,
     hold: float | None = None,
+    refinements: int = 0,
     tolerance: float = TOLERANCE,
     most_sweeps: int = MOST_SWEEPS,
     dense_entries: int = DENSE_ENTRIES,
@@ -70,6 +71,9 @@ def gp_actions(
     hold:
         Candidates of which less than this share of the future can be spent there are dropped, and counted in the source
         of the demonstrations. Default 0.4 (0.32 with an averager); 0 keeps all.
+    refinements:
+        How often the best test action of each support state and candidate is refined among its neighbours, at half the
+        spacing each time; planning then goes on with it. 0: the test actions alone, enough to tell goals apart.
     tolerance, most_sweeps, progress:
         Of value iteration.
     place:
@@ -102,12 +106,10 @@ def gp_actions(
             wanted="more states than dimensions",
             hint="a smaller radius, or a longer recording",
         )  # fmt: skip
-    plan = plan_goals(
-        place(coordinates(metric, base)), place(coordinates(metric, candidates.points)),
-        world.ahead_of_tests(base, metric).on(place), smoother=smoother, width=width, discount=world.discount,
-        tolerance=tolerance, most_sweeps=most_sweeps, progress=progress,
+    plan = plan_world(
+        world, metric, base, candidates.points, smoother=smoother, width=width, refinements=refinements,
+        tolerance=tolerance, most_sweeps=most_sweeps, place=place, progress=progress,
     )  # fmt: skip
-    plan = in_main_memory(plan)
     if plan.status is IterationStatus.STOPPED:
         raise StoppedError(f"stopped after {plan.residuals.size} sweeps of planning: there is no likelihood yet")
     share = held_share(plan, candidates.points, world, metric)
