@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from subgoal._kernels import persistence as loops
+from subgoal._kernels import persistence_sweeps as whole_sweeps
 from subgoal._kernels.counts import log_assignment_prior
-from subgoal.partition.priors import Beta, log_weights, probability_of, slice_draw
+from subgoal.partition.priors import SMALLEST_LOG, Beta, log_weights, probability_of, slice_draw
 from subgoal.partition.protocol import (
     Arrays,
     Chain,
@@ -22,7 +23,7 @@ from subgoal.partition.protocol import (
     relative_rows,
     starting_assignment,
 )
-from subgoal.partition.together import bytes_needed, redraw_together
+from subgoal.partition.together import ENTRIES, SWEEPS, bytes_needed, redraw_together
 from subgoal.runtime.checks import Bools, Floats, Ints
 from subgoal.runtime.errors import InputError
 
@@ -75,22 +76,32 @@ class Persistent:
         """Advance one chain; see ``Sampler``."""
         steps = _Steps(chain, self)
         record = Recorder(chain.table, keep)
-        kept: list[tuple[float, float]] = []
-        redraws: list[Ints] = []
-        for s in range(keep.size):
-            steps.sweep()
-            fit, joint = steps.log_joint()
-            record.sweep(s, keep[s], steps.theta, int(np.unique(steps.theta).size), fit, joint)
-            if keep[s]:
-                kept.append((steps.keep, steps.keep_there))
-                redraws.append(steps.counts.copy())
+        kept, redraws = (
+            np.empty((len(record.kept), 2)),
+            np.empty((len(record.kept), chain.table.n_candidates), np.int64),
+        )
+        if steps.in_one_loop:
+            steps.sweeps(keep, record, redraws)
+            kept[:] = steps.keep, steps.keep_there
+        else:
+            _one_by_one(steps, keep, record, kept, redraws)
         names = ("persistence", "persistence at the subgoal")[: 1 if self.keep_there is None else 2]
-        columns = np.array(kept).reshape(-1, 2)
         return replace(
             record.stretch(steps.state()),
-            parameters={name: columns[:, k].copy() for k, name in enumerate(names)},
-            redraws=np.array(redraws, np.int64).reshape(-1, chain.table.n_candidates),
-        )
+            parameters={name: kept[:, k].copy() for k, name in enumerate(names)}, redraws=redraws,
+        )  # fmt: skip
+
+
+def _one_by_one(steps: _Steps, keep: Bools, record: Recorder, kept: Floats, redraws: Ints) -> None:
+    """The sweeps in Python: probabilities that are learned, or a table in several blocks. Writes the last two."""
+    rows = 0
+    for s in range(keep.size):
+        steps.sweep()
+        fit, joint = steps.log_joint()
+        record.sweep(s, keep[s], steps.theta, int(np.unique(steps.theta).size), fit, joint)
+        if keep[s]:
+            kept[rows], redraws[rows] = (steps.keep, steps.keep_there), steps.counts
+            rows += 1
 
 
 class _Steps:
@@ -125,6 +136,23 @@ class _Steps:
 
     def _recount(self) -> None:
         self.counts = np.bincount(self.theta[self.redrawn], minlength=self.table.n_candidates)
+
+    @property
+    def in_one_loop(self) -> bool:
+        """Whether no probability is learned, and the table is held in one block, with room for its runs."""
+        known = not isinstance(self.model.keep, Beta) and not isinstance(self.model.keep_there, Beta)
+        whole = self.table.relative is not None and self.table.edges.size == 2
+        return known and whole and self.table.n_observations * self.prior.size <= ENTRIES
+
+    def sweeps(self, keep: Bools, record: Recorder, redraws: Ints) -> None:
+        """The sweeps of ``sweep``, draw for draw, in one compiled loop; writes what is recorded."""
+        table = self.table
+        whole_sweeps.sweeps_of_runs(
+            table.dense, table.relative, self.first, self.there_from, self.there, self.prior, table.log_prior,
+            self.chain.concentration, self.keep, self.keep_there, *self._log_ratios(), SMALLEST_LOG, SWEEPS, self.theta,
+            self.redrawn, self.counts, keep, record.kept, redraws, record.log_likelihood, record.log_joint,
+            record.n_active, self.chain.generator,
+        )  # fmt: skip
 
     def sweep(self) -> None:
         """Weights, then the probabilities of keeping, then the path, then the runs."""
@@ -168,14 +196,18 @@ class _Steps:
     def _sums(self, group: Ints, count: int) -> Floats:
         """(count, G) log likelihood of each group of runs, were it each candidate, up to what is the same for all."""
         sums = np.zeros((count, self.prior.size))
-        kept = left = 0.0
-        if self.keep_there != self.keep:
-            kept, left = _log_ratio(self.keep_there, self.keep), _log_ratio(1 - self.keep_there, 1 - self.keep)
+        kept, left = self._log_ratios()
         for start, tile in self.table.tiles():
             loops.add_to_runs(
                 start, tile, group, self.there_from, self.there, self.first, self.redrawn, kept, left, sums
             )
         return sums
+
+    def _log_ratios(self) -> tuple[float, float]:
+        """What arriving adds to the log probability of keeping, and of leaving."""
+        if self.keep_there == self.keep:
+            return 0.0, 0.0
+        return _log_ratio(self.keep_there, self.keep), _log_ratio(1 - self.keep_there, 1 - self.keep)
 
     def _draw_probabilities(self, weights: Floats) -> None:
         """Given θ and the weights, with summed out whether a step that stays kept its subgoal or redrew the same."""
