@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
 
 from subgoal.demonstrations.metric import Metric
+from subgoal.dynamics.refinement import climb, pattern
 from subgoal.dynamics.world import ContinuousWorld
 from subgoal.gaussian.goal_values import GoalValues
 from subgoal.likelihood.gp_values import GaussianProcessValues
@@ -17,8 +17,6 @@ from subgoal.runtime.checks import Bools, Floats, positive, real_array, whole
 from subgoal.runtime.errors import InputError
 
 STARTS, ROUNDS = 4, 4
-FULL_PATTERN = 3
-"""Dimensions of the actions up to which refinement tries all 3^k neighbours, not just the 2k along the axes."""
 ROWS = 2**17
 """Action values that are made at once."""
 
@@ -115,39 +113,15 @@ class ContinuousOption:
         not finite.
         """
         at = self._states(states)
-        rows = max(1, ROWS // max(len(self.world.test_actions), self.starts * len(self._pattern)))
+        rows = max(1, ROWS // max(len(self.world.test_actions), self.starts * len(pattern(self.world.low.size))))
         parts = [self._greedy(at[first : first + rows]) for first in range(0, len(at), rows)]
         return np.concatenate([np.empty((0, self.world.low.size)), *parts])
 
     def _greedy(self, at: Floats) -> Floats:
-        tests, (low, high) = self.world.test_actions, (self.world.low, self.world.high)
+        tests = self.world.test_actions
         worth = self.action_values(at, np.broadcast_to(tests, (len(at), *tests.shape)))
         top = np.argsort(-worth, axis=1, kind="stable")[:, : self.starts]
-        best, worth = tests[top], np.take_along_axis(worth, top, axis=1)
-        spacing = self._spacing
-        for _ in range(self.rounds):
-            spacing = spacing / 2
-            tried = np.clip(best[:, :, None] + self._pattern * spacing, low, high)
-            values = self.action_values(at, tried.reshape(len(at), -1, low.size)).reshape(tried.shape[:3])
-            chosen = values.argmax(axis=2)
-            best = np.take_along_axis(tried, chosen[:, :, None, None], axis=2)[:, :, 0]
-            worth = np.take_along_axis(values, chosen[:, :, None], axis=2)[:, :, 0]
-        return np.asarray(best[np.arange(len(at)), worth.argmax(axis=1)])
-
-    @property
-    def _spacing(self) -> Floats:
-        """(k,) between neighbours, if the test actions were a regular grid over the bounds."""
-        k = self.world.low.size
-        per_axis = max(2.0, len(self.world.test_actions) ** (1 / k))
-        return np.asarray((self.world.high - self.world.low) / (per_axis - 1))
-
-    @property
-    def _pattern(self) -> Floats:
-        """(p, k) of −1, 0 and 1: staying first, then the neighbours."""
-        k = self.world.low.size
-        if k > FULL_PATTERN:
-            return np.concatenate([np.zeros((1, k)), np.eye(k), -np.eye(k)])
-        return np.array(list(product((0.0, -1.0, 1.0), repeat=k)))
+        return climb(self.world, tests[top], lambda tried: self.action_values(at, tried), self.rounds)[0]
 
     def _states(self, states: Any) -> Floats:
         at = real_array("states", states, ndim=2)
