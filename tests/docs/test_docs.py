@@ -28,7 +28,7 @@ def tracks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", ["README.md", "docs/how-to.md", "docs/tutorial.md", "docs/worlds.md"])
+@pytest.mark.parametrize("name", ["README.md", "docs/how-to.md", "docs/tutorial.md", "docs/worlds.md", "docs/continuous.md"])
 def test_python_runs_as_printed(name: str, tracks: Path) -> None:
     exec(compile(python_of(ROOT / name), name, "exec"), {})
     assert (tracks / "report.html").stat().st_size > 1_000_000
