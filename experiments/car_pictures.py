@@ -141,7 +141,7 @@ def by_condition(axes: Axes, rows: dict[str, Any], rival: str) -> None:
     axes.set_ylim(0, 1.1)
     axes.set_ylabel("V-measure")
     axes.set_title("Agreement with the script: mean over drivers, down to the least")
-    axes.legend(ncols=3, loc="lower left", fontsize=8.5)
+    axes.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 0.1), fontsize=8.5)
 
 
 def _legend(method: str) -> str:
