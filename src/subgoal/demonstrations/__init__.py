@@ -1,6 +1,7 @@
 """Files in, frozen Demonstrations out: readers, resampling, velocities, thinning, units."""
 
 from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.poses import angular_velocities, continue_quaternions, pose_metric, towards_pose
 from subgoal.demonstrations.prepare import demonstrate
 from subgoal.demonstrations.read import read
 from subgoal.demonstrations.readers import read_recording
@@ -15,8 +16,11 @@ __all__ = [
     "Recording",
     "Source",
     "Summary",
+    "angular_velocities",
+    "continue_quaternions",
     "demonstrate",
     "epsilon_net_indices",
+    "pose_metric",
     "read",
     "read_recording",
     "resample",
@@ -24,4 +28,5 @@ __all__ = [
     "starting_in",
     "summarise",
     "thin",
+    "towards_pose",
 ]

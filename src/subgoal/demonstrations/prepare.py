@@ -9,6 +9,7 @@ import numpy as np
 
 from subgoal.demonstrations.angles import unwrapped, wrapped
 from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.poses import on_poses
 from subgoal.demonstrations.recordings import resample, select_trajectories, split_at_gaps
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.demonstrations.thinning import thin as thin_pairs
@@ -51,13 +52,14 @@ def demonstrate(
         Radius in ``units``: drop a pair whose state is this close to a kept one of the same trajectory.
     period:
         (d,) length after which a dimension wraps (2π for radians), infinity where it does not. Resampling and
-        velocities then go the shorter way round.
+        velocities then go the shorter way round. Default: that of the recording, if it has one.
 
     Returns
     -------
     Demonstrations with actions in ``units`` per ``time_unit``, the time of each pair, and as ``final_states`` the
-    last recorded position of each trajectory, also where ``every`` skips it. Trajectories of one sample, and those
-    too short for the window, are dropped and counted in ``source.notes``.
+    last recorded position of each trajectory, also where ``every`` skips it. Where states have a quaternion q, actions
+    have its rate ½ ω q, from the angular velocity ω that is the mean over the window (``poses``). Trajectories of one
+    sample, and those too short for the window, are dropped and counted in ``source.notes``.
 
     Raises
     ------
@@ -65,6 +67,7 @@ def demonstrate(
         An option out of range, velocities that are not finite, or no trajectory left.
     """
     every = whole("every", every)
+    period = period if period is not None else recording.period or None
     recording = recording if max_gap is None else split_at_gaps(recording, max_gap)
     lengths = np.diff(recording.offset)
     short = int((lengths < 2).sum())
@@ -101,6 +104,8 @@ def _choice(velocity: str, window: Any, every: int) -> tuple[Velocity, int]:
 
 def _all_velocities(recording: Recording, function: Velocity, window: int) -> tuple[Ints, Floats]:
     """Rows that have a velocity, and their velocities, over all trajectories."""
+    if recording.quaternion is not None:
+        function = on_poses(function, recording.quaternion)
     parts = [
         (start, *function(recording.positions[start:end], recording.times[start:end], window))
         for start, end in zip(recording.offset[:-1], recording.offset[1:], strict=True)

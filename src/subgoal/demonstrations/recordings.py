@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from subgoal.demonstrations.poses import slerped
 from subgoal.demonstrations.records import Recording, Source
 from subgoal.runtime.checks import Floats, Ints, positive, real_array
 from subgoal.runtime.errors import InputError
@@ -109,7 +110,7 @@ def piece_names(names: Sequence[str], parent: Ints) -> tuple[tuple[str, ...], ND
 
 
 def resample(recording: Recording, rate: float) -> Recording:
-    """Every trajectory at a fixed rate, by linear interpolation between its samples.
+    """Every trajectory at a fixed rate, by linear interpolation between its samples; of quaternions, by slerp.
 
     Parameters
     ----------
@@ -128,7 +129,7 @@ def resample(recording: Recording, rate: float) -> Recording:
         raise InputError("rate", found=rate, wanted="None: recorded actions are not interpolated", hint="use every=")
     _check_size(recording, rate)
     parts = [
-        _resample_one(recording.positions[a:b], recording.times[a:b], rate)
+        _resample_one(recording.positions[a:b], recording.times[a:b], rate, recording.quaternion)
         for a, b in zip(recording.offset[:-1], recording.offset[1:], strict=True)
     ]
     made = sum(p[2] for p in parts)
@@ -141,7 +142,7 @@ def resample(recording: Recording, rate: float) -> Recording:
     )
 
 
-def _resample_one(places: Floats, times: Floats, rate: float) -> tuple[Floats, Floats, int]:
+def _resample_one(places: Floats, times: Floats, rate: float, four: int | None) -> tuple[Floats, Floats, int]:
     """Positions, times and the number of interpolated samples of one trajectory."""
     steps = (times[-1] - times[0]) * rate
     last = int(np.floor(steps + ON_GRID))
@@ -153,6 +154,8 @@ def _resample_one(places: Floats, times: Floats, rate: float) -> tuple[Floats, F
     else:
         grid = np.append(grid, times[-1])
     made = np.stack([np.interp(grid, times, column) for column in places.T], axis=1)
+    if four is not None:
+        made[:, four : four + 4] = slerped(places[:, four : four + 4], times, grid)
     near = np.clip(np.searchsorted(times, grid), 1, len(times) - 1)
     off = np.minimum(np.abs(grid - times[near - 1]), np.abs(grid - times[near]))
     return made, grid, int((off * rate > ON_GRID).sum())

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from subgoal.runtime.checks import Floats, Ints, check_offset, frozen, owned, real_array
+from subgoal.demonstrations.fields import (
+    check_period,
+    check_quaternion,
+    coordinates_of,
+    group_labels,
+    labels_of,
+    same_length,
+    set_fields,
+    values_of,
+)  # fmt: skip
+from subgoal.runtime.checks import Floats, Ints, check_offset, frozen, real_array
 from subgoal.runtime.errors import InputError
 
 
@@ -62,6 +71,11 @@ class Recording:
         (D,) True where the recording stopped before the demonstrator did (it was cut at a gap).
     groups:
         (D,) name of the group of each trajectory (an animal, a driver, a day); empty where there are none.
+    period:
+        (d,) length after which a column wraps, infinity where it does not; empty where none wraps.
+    quaternion:
+        First of the four columns (x, y, z, w) that hold a unit quaternion, continuous in sign within each trajectory;
+        None where there is none.
     """
 
     positions: Floats
@@ -75,12 +89,14 @@ class Recording:
     actions: Floats | None = None
     truncated: Any = None
     groups: tuple[str, ...] = ()
+    period: tuple[float, ...] = ()
+    quaternion: int | None = None
 
     def __post_init__(self) -> None:
         positions = real_array("positions", self.positions, ndim=2)
         times = real_array("times", self.times, ndim=1)
         offset = check_offset(self.offset, len(positions))
-        _same_length("times", times, len(positions))
+        same_length("times", times, len(positions))
         inside = np.ones(len(times), bool)
         inside[offset[:-1]] = False
         back = inside & ~(np.diff(times, prepend=-np.inf) > 0)
@@ -92,14 +108,16 @@ class Recording:
                 hint="drop or sort the rows first; readers do so with clock='sort', 'split' or 'drop'",
             )  # fmt: skip
         if self.actions is not None:
-            _set(self, actions=real_array("actions", self.actions, ndim=2))
-            _same_length("actions", self.actions, len(positions))
+            set_fields(self, actions=real_array("actions", self.actions, ndim=2))
+            same_length("actions", self.actions, len(positions))
         truncated = np.zeros(len(offset) - 1, bool) if self.truncated is None else np.array(self.truncated, bool)
-        _same_length("truncated", truncated, len(offset) - 1)
-        _set(self, positions=positions, times=times, offset=offset, truncated=frozen(truncated))
-        _set(self, names=_labels("names", self.names, positions.shape[1], "x"))
-        _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, len(offset) - 1, "T"))
-        _set(self, groups=_group_labels(self.groups, len(offset) - 1))
+        same_length("truncated", truncated, len(offset) - 1)
+        set_fields(self, positions=positions, times=times, offset=offset, truncated=frozen(truncated))
+        set_fields(self, names=labels_of("names", self.names, positions.shape[1], "x"))
+        set_fields(self, trajectory_names=labels_of("trajectory_names", self.trajectory_names, len(offset) - 1, "T"))
+        set_fields(self, groups=group_labels(self.groups, len(offset) - 1))
+        set_fields(self, period=check_period(self.period, positions.shape[1]))
+        check_quaternion(self.quaternion, positions, offset)
 
     def __repr__(self) -> str:
         told = f"{len(self.times)} samples of ({', '.join(self.names)})"
@@ -155,27 +173,27 @@ class Demonstrations:
     groups: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        states, actions = _values("states", self.states), _values("actions", self.actions)
-        _same_length("actions", actions, len(states))
+        states, actions = values_of("states", self.states), values_of("actions", self.actions)
+        same_length("actions", actions, len(states))
         offset = check_offset(self.offset, len(states))
         count = len(offset) - 1
-        final = states[offset[1:] - 1] if self.final_states is None else _values("final_states", self.final_states)
-        _same_length("final_states", final, count)
+        final = states[offset[1:] - 1] if self.final_states is None else values_of("final_states", self.final_states)
+        same_length("final_states", final, count)
         if final.shape[1:] != states.shape[1:]:
             raise InputError("final_states", found=f"shape {final.shape}", wanted=f"{(count, *states.shape[1:])}")
         truncated = np.zeros(count, bool) if self.truncated is None else np.asarray(self.truncated, bool)
-        _same_length("truncated", truncated, count)
+        same_length("truncated", truncated, count)
         times = None if self.times is None else real_array("times", self.times, ndim=1)
         if times is not None:
-            _same_length("times", times, len(states))
-        _set(self, states=states, actions=actions, offset=offset, times=times)
-        _set(self, final_states=frozen(final), truncated=frozen(truncated))
-        coordinates = None if self.coordinates is None else _coordinates(self.coordinates, states, final)
-        _set(self, coordinates=coordinates)
+            same_length("times", times, len(states))
+        set_fields(self, states=states, actions=actions, offset=offset, times=times)
+        set_fields(self, final_states=frozen(final), truncated=frozen(truncated))
+        coordinates = None if self.coordinates is None else coordinates_of(self.coordinates, states, final)
+        set_fields(self, coordinates=coordinates)
         width = states.shape[1] if states.ndim == 2 else 1 if coordinates is None else coordinates.shape[1]
-        _set(self, names=_labels("names", self.names, width, "x"))
-        _set(self, trajectory_names=_labels("trajectory_names", self.trajectory_names, count, "T"))
-        _set(self, groups=_group_labels(self.groups, count))
+        set_fields(self, names=labels_of("names", self.names, width, "x"))
+        set_fields(self, trajectory_names=labels_of("trajectory_names", self.trajectory_names, count, "T"))
+        set_fields(self, groups=group_labels(self.groups, count))
 
     def __repr__(self) -> str:
         told = f"{self.n_observations} pairs of ({', '.join(self.names)})"
@@ -245,54 +263,3 @@ class Demonstrations:
         if not self.is_discrete:
             return np.asarray(states)
         return np.asarray(states, float)[:, None] if self.coordinates is None else np.asarray(self.coordinates[states])
-
-
-def _values(what: str, value: Any) -> Any:
-    """Integers (N,) as int64, anything else as float (N, k)."""
-    array = np.asarray(value)
-    if array.size == 0:
-        raise InputError(what, found="no observations", wanted="at least one")
-    if array.dtype.kind in "iu" and array.ndim == 1:
-        return frozen(owned(np.ascontiguousarray(array, dtype=np.int64), array))
-    if array.ndim == 1:
-        array = array[:, None]
-    return real_array(what, array, ndim=2)
-
-
-def _coordinates(value: Any, states: Any, final: Any) -> Floats:
-    """(S, d) with a row for every state there is."""
-    if states.ndim != 1:
-        raise InputError("coordinates", found="coordinates beside positions", wanted="None: positions are coordinates")
-    coordinates = real_array("coordinates", value, ndim=2)
-    for what, values in (("states", states), ("final_states", final)):
-        outside = (values < 0) | (values >= len(coordinates))
-        if outside.any():
-            k = int(np.argmax(outside))
-            wanted = f"a state of 0 to {len(coordinates) - 1}, as there are coordinates"
-            raise InputError(what, where=f"index {k}", found=int(values[k]), wanted=wanted)
-    return coordinates
-
-
-def _same_length(what: str, array: Any, count: int) -> None:
-    if len(array) != count:
-        raise InputError(what, found=f"{len(array)} rows", wanted=f"{count} rows")
-
-
-def _labels(what: str, given: Sequence[str], count: int, prefix: str) -> tuple[str, ...]:
-    if not given:
-        return tuple(f"{prefix}{k}" for k in range(count))
-    if len(given) != count:
-        raise InputError(what, found=f"{len(given)} labels", wanted=f"{count}")
-    return tuple(str(label) for label in given)
-
-
-def _group_labels(given: Any, count: int) -> tuple[str, ...]:
-    """A name for each trajectory, or none at all."""
-    if isinstance(given, str):
-        raise InputError("groups", found=repr(given), wanted=f"{count} names, one for each trajectory")
-    return _labels("groups", tuple(given), count, "") if len(given) else ()
-
-
-def _set(record: Any, **values: Any) -> None:
-    for name, value in values.items():
-        object.__setattr__(record, name, value)

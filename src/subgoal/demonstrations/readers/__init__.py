@@ -10,6 +10,7 @@ from subgoal.demonstrations.readers.csv import read_csv
 from subgoal.demonstrations.readers.deeplabcut import read_deeplabcut
 from subgoal.demonstrations.readers.detect import find_format
 from subgoal.demonstrations.readers.edinburgh import read_edinburgh
+from subgoal.demonstrations.readers.euroc import read_euroc
 from subgoal.demonstrations.readers.files import plain_file
 from subgoal.demonstrations.readers.labyrinth import read_labyrinth
 from subgoal.demonstrations.readers.lasa import read_lasa
@@ -26,6 +27,7 @@ RECORDINGS: Mapping[str, Callable[..., Recording]] = {
     "npz": read_npz,
     "edinburgh": read_edinburgh,
     "tum": read_tum,
+    "euroc": read_euroc,
     "lasa": read_lasa,
     "deeplabcut": read_deeplabcut,
     "sleap": read_sleap,

@@ -11,6 +11,7 @@ from subgoal.demonstrations.readers.npz import array_names
 from subgoal.runtime.errors import ReadError
 
 POSE = re.compile(rb"\s*(?:[-+\d.eE]{1,40}[ \t]+){7}[-+\d.eE]{1,40}[ \t]*")
+EUROC = re.compile(rb"\s*#\s*timestamp[^\n]{0,40},\s*p_\w{0,40}_x\b")
 TEXT_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".tab")
 ENDINGS = {".npz": "npz", ".mat": "lasa", ".parquet": "parquet", ".pq": "parquet"}
 
@@ -43,6 +44,8 @@ def find_format(path: Path) -> str:
 def _text_format(start: bytes) -> str:
     if b"TRACK.R" in start or b"Total number of trajectories in file" in start:
         return "edinburgh"
+    if EUROC.match(start):
+        return "euroc"
     lines = [line for line in start.splitlines()[:50] if line.strip() and not line.startswith(b"#")]
     first = lines[0] if lines else b""
     if POSE.fullmatch(first):
