@@ -11,11 +11,12 @@ from subgoal.demonstrations.readers.deeplabcut import read_deeplabcut
 from subgoal.demonstrations.readers.detect import find_format
 from subgoal.demonstrations.readers.edinburgh import read_edinburgh
 from subgoal.demonstrations.readers.euroc import read_euroc
-from subgoal.demonstrations.readers.files import plain_file
+from subgoal.demonstrations.readers.files import bag_path
 from subgoal.demonstrations.readers.labyrinth import read_labyrinth
 from subgoal.demonstrations.readers.lasa import read_lasa
 from subgoal.demonstrations.readers.npz import read_npz, read_pairs
 from subgoal.demonstrations.readers.parquet import read_parquet
+from subgoal.demonstrations.readers.rosbag import read_rosbag
 from subgoal.demonstrations.readers.sleap import read_sleap
 from subgoal.demonstrations.readers.tum import read_tum
 from subgoal.demonstrations.records import Demonstrations, Recording
@@ -28,6 +29,7 @@ RECORDINGS: Mapping[str, Callable[..., Recording]] = {
     "edinburgh": read_edinburgh,
     "tum": read_tum,
     "euroc": read_euroc,
+    "rosbag": read_rosbag,
     "lasa": read_lasa,
     "deeplabcut": read_deeplabcut,
     "sleap": read_sleap,
@@ -70,7 +72,7 @@ def format_of(path: Any, format: str | None = None) -> str:
     """The format given, checked, or the one found out."""
     known = [*RECORDINGS, *PAIRS]
     if format is None:
-        return find_format(plain_file(path))
+        return find_format(bag_path(path))
     if format not in known:
         raise InputError("format", found=repr(format), wanted=", ".join(map(repr, known)))
     return format

@@ -12,15 +12,19 @@ from subgoal.runtime.errors import ReadError
 
 POSE = re.compile(rb"\s*(?:[-+\d.eE]{1,40}[ \t]+){7}[-+\d.eE]{1,40}[ \t]*")
 EUROC = re.compile(rb"\s*#\s*timestamp[^\n]{0,40},\s*p_\w{0,40}_x\b")
+BAG_MAGIC = (b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\0")
 TEXT_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".tab")
-ENDINGS = {".npz": "npz", ".mat": "lasa", ".parquet": "parquet", ".pq": "parquet"}
+ENDINGS = {".npz": "npz", ".mat": "lasa", ".parquet": "parquet", ".pq": "parquet",
+           ".bag": "rosbag", ".mcap": "rosbag", ".db3": "rosbag"}  # fmt: skip
 
 
 def find_format(path: Path) -> str:
-    """The format of a file, a key of ``readers.RECORDINGS`` or ``readers.PAIRS``.
+    """The format of a file or of the folder of a bag, a key of ``readers.RECORDINGS`` or ``readers.PAIRS``.
 
     Raises ``ReadError`` if nothing tells.
     """
+    if path.is_dir():
+        return "rosbag"
     start, ending = head(path), path.suffix.lower()
     if start.startswith(b"PK"):
         names = array_names(path)
@@ -31,12 +35,14 @@ def find_format(path: Path) -> str:
         return "parquet"
     if start.startswith(b"MATLAB 5.0 MAT-file"):
         return "lasa"
+    if start.startswith(BAG_MAGIC):
+        return "rosbag"
     if ending in TEXT_ENDINGS:
         return _text_format(start)
     if ending in ENDINGS:
         return ENDINGS[ending]
     raise ReadError(
-        str(path), found=f"the ending {ending!r}", wanted="csv, tsv, txt, parquet, npz, mat or HDF5",
+        str(path), found=f"the ending {ending!r}", wanted="csv, tsv, txt, parquet, npz, mat, HDF5, bag, mcap or db3",
         hint="format='csv' or another name of a format; unpack the file first if it is packed",
     )  # fmt: skip
 

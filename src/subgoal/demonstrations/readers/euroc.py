@@ -48,7 +48,7 @@ def since_first(stamps: NDArray[Any]) -> NDArray[Any]:
         first = int(stamps[0])
         return np.array([int(stamp) - first for stamp in stamps], dtype=np.float64)
     if stamps.dtype.kind == "f" and np.isfinite(stamps[:1]).all():
-        return stamps - stamps[:1]
+        return np.asarray(stamps - stamps[:1])
     return stamps
 
 

@@ -1,4 +1,4 @@
-"""A file at the door: it exists, is a plain file, is not empty, and has a checksum."""
+"""A file at the door: it exists, is a plain file (or a bag's folder), is not empty, and has a checksum."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ HEAD = 65536
 """Bytes looked at to find out what a file is."""
 LARGEST = 4 * 2**30
 """Bytes that are unpacked at most."""
+BAG_TOLD_BY = "metadata.yaml"
+"""The file in the folder of a ROS 2 bag that says what is in it."""
 HIGHEST_RATIO = 1000
 """Unpacked over packed size above which more than ``SMALL`` bytes are taken for a bomb."""
 SMALL = 2**20
@@ -40,6 +42,17 @@ def plain_file(path: Any) -> Path:
     return place
 
 
+def bag_path(path: Any) -> Path:
+    """``path`` as a Path of the folder of a ROS 2 bag, or of anything that ``plain_file`` takes."""
+    if isinstance(path, (str, os.PathLike)) and "\0" not in str(path):
+        try:
+            if (Path(path) / BAG_TOLD_BY).is_file():
+                return Path(path)
+        except OSError:
+            pass
+    return plain_file(path)
+
+
 def head(path: Path) -> bytes:
     """The first bytes of a file."""
     try:
@@ -61,6 +74,14 @@ def source_of(path: Path) -> Source:
     """Name and SHA-256 of a file."""
     with guarded(path, "a readable file"), path.open("rb") as stream:
         return Source(path.name, hashlib.file_digest(stream, "sha256").hexdigest())
+
+
+def folder_source(folder: Path) -> Source:
+    """Name of a folder, and SHA-256 of the names and checksums of its files."""
+    with guarded(folder, "readable files"):
+        inside = sorted(path for path in folder.iterdir() if path.is_file())
+        told = "".join(f"{path.name} {source_of(path).checksum}\n" for path in inside)
+    return Source(folder.name, hashlib.sha256(told.encode()).hexdigest())
 
 
 @contextmanager

@@ -129,7 +129,7 @@ def _in_the_world(unit: Floats, twist: Floats, scale: float) -> Floats:
     """(M, 6) velocity and angular velocity in the world from those in the body."""
     from scipy.spatial.transform import Rotation
 
-    rotations = Rotation.from_quat(unit)
+    rotations, twist = Rotation.from_quat(unit), np.array(twist)
     return np.hstack([rotations.apply(twist[:, :3]) * scale, rotations.apply(twist[:, 3:])])
 
 
