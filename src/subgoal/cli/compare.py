@@ -48,6 +48,8 @@ def compare(
     likelihood: o.Likelihood = None,
     min_likelihood: o.MinLikelihood = None,
     bodypart: o.Bodypart = None,
+    topic: o.Topic = None,
+    frame: o.Frame = None,
     start_within: o.StartWithin = None,
     rate: o.Rate = None,
     max_gap: o.MaxGap = None,
@@ -68,7 +70,8 @@ def compare(
     reading = o.given(
         format=format, position=o.words(position), time=time, trajectory=trajectory, time_scale=time_scale,
         scale=scale, units=units, clock=clock, likelihood=likelihood, min_likelihood=min_likelihood,
-        bodypart=bodypart, rate=rate, max_gap=max_gap, separator=separator, decimal=decimal,
+        bodypart=bodypart, rate=rate, max_gap=max_gap, separator=separator, decimal=decimal, topic=topic,
+        frame=frame,
     )  # fmt: skip
     from rich.console import Console
 

@@ -27,6 +27,11 @@ def inspect(
     likelihood: o.Likelihood = None,
     min_likelihood: o.MinLikelihood = None,
     bodypart: o.Bodypart = None,
+    topic: o.Topic = None,
+    frame: o.Frame = None,
+    pose: o.Pose = False,
+    plane: o.Plane = None,
+    twist: o.Twist = False,
     rate: o.Rate = None,
     max_gap: o.MaxGap = None,
     separator: o.Separator = None,
@@ -50,7 +55,7 @@ def inspect(
         format=format, position=o.words(position), time=time, trajectory=trajectory, group=group,
         time_scale=time_scale, scale=scale, units=units, clock=clock, likelihood=likelihood,
         min_likelihood=min_likelihood, bodypart=bodypart, rate=rate, max_gap=max_gap, separator=separator,
-        decimal=decimal,
+        decimal=decimal, topic=topic, frame=frame, pose=pose or None, plane=plane, twist=twist or None,
     )  # fmt: skip
     record = look(file, **reading)
     if not quiet:

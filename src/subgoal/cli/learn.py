@@ -127,6 +127,11 @@ def learn(
     hold: o.Hold = None,
     min_likelihood: o.MinLikelihood = None,
     bodypart: o.Bodypart = None,
+    topic: o.Topic = None,
+    frame: o.Frame = None,
+    pose: o.Pose = False,
+    plane: o.Plane = None,
+    twist: o.Twist = False,
     start_within: o.StartWithin = None,
     rate: o.Rate = None,
     every: o.Every = 1,
@@ -149,6 +154,8 @@ def learn(
 
       subgoal learn poses.txt --rate 20 --out out/
 
+      subgoal learn flip.mcap --topic /vicon/quad --plane yz --rate 20 --weights 1,1,0.3
+
       subgoal learn tracks.csv --likelihood grid --cell 0.5 --map floor.png --out out/
 
       subgoal learn drive.csv -p vx,vy,r,w --action delta,w_c -t t --every 20 --likelihood gp --floor .5,.4,1,.5
@@ -158,17 +165,19 @@ def learn(
     world = o.given(
         cell=cell, discount=discount, map_file=map, corner=o.numbers("--map-corner", map_corner), outside=outside
     )
+    wraps = o.PLANAR if plane and period is None else o.numbers("--period", period)
     reading = o.given(
         format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
         group=group, time_scale=time_scale, scale=scale, units=units, clock=clock,
         likelihood=None if likelihood in (CELLS, PROCESSES) else likelihood, min_likelihood=min_likelihood,
         bodypart=bodypart, start_within=o.intervals("--start-within", start_within), rate=rate, every=every,
         velocity=velocity, window=window, max_gap=max_gap, thin=thin_radius,
-        period=o.numbers("--period", period), separator=separator, decimal=decimal,
+        period=wraps, separator=separator, decimal=decimal, topic=topic, frame=frame, pose=pose or None,
+        plane=plane, twist=twist or None,
     )  # fmt: skip
     places = o.given(file=candidates, epsilon=epsilon, grid=grid)
     table = {"confidence": confidence, "controller": controller, "gain": gain, "speed_limit": speed_limit}
-    metric = {"weights": o.numbers("--weights", weights), "period": o.numbers("--period", period)}
+    metric = {"weights": o.numbers("--weights", weights), "period": wraps}
     run = o.given(
         concentration=concentration, sampler=sampler, chains=chains, draws=draws, warmup=warmup, thin=thin, seed=seed,
         workers=workers, backend=backend, resume=resume,

@@ -10,7 +10,7 @@ import typer
 from subgoal.runtime.errors import InputError
 
 READING = "Reading the file"
-File = Annotated[Path, typer.Argument(help="Recording: CSV, Parquet, NPZ, tracker or trajectory file.")]
+File = Annotated[Path, typer.Argument(help="Recording: CSV, Parquet, NPZ, tracker or trajectory file, or bag.")]
 Format = Annotated[
     str | None, typer.Option(help="File format, if it is not found out by itself.", rich_help_panel=READING)
 ]
@@ -99,6 +99,22 @@ MinLikelihood = Annotated[
     float | None, typer.Option(help="Drop samples the tracker trusts less.", rich_help_panel=READING)
 ]
 Bodypart = Annotated[str | None, typer.Option(help="Body part (DeepLabCut) or node (SLEAP).", rich_help_panel=READING)]
+Topic = Annotated[str | None, typer.Option(help="Topic of a ROS bag, if several hold poses.", rich_help_panel=READING)]
+Frame = Annotated[
+    str | None, typer.Option(help="Child frame of a topic of transforms, e.g. base_link.", rich_help_panel=READING)
+]
+Pose = Annotated[
+    bool, typer.Option("--pose", help="Poses: position and a quaternion, x,y,z,qx,qy,qz,qw.", rich_help_panel=READING)
+]
+Plane = Annotated[
+    str | None, typer.Option(help="Poses in a plane such as yz: y, z and an angle.", rich_help_panel=READING)
+]
+Twist = Annotated[
+    bool,
+    typer.Option("--twist", help="Velocities of Odometry as actions, and not differences.", rich_help_panel=READING),
+]
+PLANAR = (float("inf"), float("inf"), 6.283185307179586)
+"""Periods of poses in a plane."""
 StartWithin = Annotated[
     str | None,
     typer.Option(help="Only trajectories starting in a box, e.g. 480:inf,-inf:140.", rich_help_panel=READING),

@@ -58,7 +58,7 @@ class Posing:
         if self.plane is not None:
             plane_axes(self.plane)
             if self.pose:
-                raise InputError("plane", found=f"{self.plane!r} beside pose=True", wanted="one of them")
+                raise InputError("plane", found=f"{self.plane!r} beside pose=", wanted="one of them")
         self.treatment(self.scale)
 
     @property
@@ -93,7 +93,7 @@ def posed(
     if short.any():
         raise ReadError(
             str(path), where=data_row(int(np.argmax(short))), found="a quaternion without length", wanted="a rotation",
-            hint="pose=False reads the positions alone",
+            hint="positions alone, or a file without such rows",
         )  # fmt: skip
     choice = Choice((*places, *names[3:]), time, action=TWIST if twist else ())
     recording = assemble(path, columns, choice, how.treatment(1.0), source)
@@ -141,7 +141,7 @@ def _in_a_plane(path: Path, recording: Recording, unit: Floats, speeds: Floats |
         row = int(np.argmax(tilt > FLAT))
         raise ReadError(
             str(path), where=f"{recording.times[row]:.6g} s", found=f"a pose upside down to the plane {plane}",
-            wanted="one that has an angle in it", hint="another plane=, or pose=True",
+            wanted="one that has an angle in it", hint="another plane=, or quaternions",
         )  # fmt: skip
     axes: Ints = np.array([first, second])
     return replace(
