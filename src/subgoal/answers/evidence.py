@@ -55,8 +55,14 @@ def evidence(posterior: Posterior, *, draws: int = DRAWS) -> Evidence:
                          hint="sample again with a larger memory_budget, or fewer draws")  # fmt: skip
     flat = posterior.assignments.reshape(-1, posterior.n_observations)
     chosen = flat[np.unique(np.linspace(0, len(flat) - 1, whole("draws", draws)).astype(int))]
-    parts = [scores(likelihood, theta) for theta in chosen]
-    lags = _Lags(posterior.demonstrations.trajectory, parts)
+    return autocorrelation(posterior.demonstrations.trajectory, [scores(likelihood, theta) for theta in chosen])
+
+
+def autocorrelation(trajectory: Ints, parts: list[tuple[Floats, Bools]]) -> Evidence:
+    """Of scores (N, k) in trajectories (N,), the rows of each in order, and of which (N,) there is one; several parts
+    are averaged.
+    """
+    lags = _Lags(trajectory, parts)
     correlation, time = [1.0], 1.0
     for lag in range(1, lags.longest, 2):
         (first, error), (second, other) = lags.correlation(lag), lags.correlation(lag + 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -64,10 +65,31 @@ class TestedValues:
     def score(self, confidence: Confidence) -> Floats:
         """(N, k) the action taken less the mean one of the model, each in units of the range, times α."""
         alpha = np.broadcast_to(np.asarray(confidence, float), self.taken.shape)
-        above = alpha[:, None] * (self.tested - self.tested.max(axis=1, keepdims=True))
-        chance = np.exp(above)
-        chance /= chance.sum(axis=1, keepdims=True)
-        return np.asarray(alpha[:, None] * (self.actions - chance @ self.tests))
+        return np.asarray(alpha[:, None] * (self.actions - self._chance(alpha) @ self.tests))
+
+    def steps_wide(self, confidence: Confidence) -> Floats:
+        """(N, k) standard deviation of the actions of the model in each dimension, in steps between test actions.
+
+        Well below a half, the mean of the test actions is no integral any more.
+        """
+        chance = self._chance(np.broadcast_to(np.asarray(confidence, float), self.taken.shape))
+        mean = chance @ self.tests
+        square = chance @ self.tests**2 - mean**2
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)) / steps_between(self.tests))
+
+    def _chance(self, alpha: Floats) -> Floats:
+        """(N, m) probabilities of the test actions."""
+        chance = np.exp(alpha[:, None] * (self.tested - self.tested.max(axis=1, keepdims=True)))
+        return np.asarray(chance / chance.sum(axis=1, keepdims=True))
+
+
+def steps_between(actions: Floats) -> Floats:
+    """(k,) distance of neighbouring actions (m, k) in each dimension: steps of a grid, else of one that is as dense."""
+    values = [np.unique(column) for column in actions.T]
+    reach = np.ptp(actions, axis=0)
+    if math.prod(len(each) for each in values) == len(actions):
+        return np.asarray(reach / (np.array([len(each) for each in values]) - 1.0))
+    return np.asarray(reach / (len(actions) ** (1 / actions.shape[1]) - 1.0))
 
 
 def log_densities(taken: Floats, tested: Floats, confidence: Confidence, log_volume: float) -> Floats:
