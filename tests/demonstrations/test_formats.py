@@ -32,7 +32,7 @@ def test_formats_are_found_by_content(tmp_path):
         "csv.csv": "csv", "sheet.csv": "csv", "edinburgh.txt": "edinburgh", "tum.txt": "tum",
         "labyrinth.csv": "labyrinth", "table.parquet": "parquet", "plain.npz": "npz", "packed.npz": "npz",
         "pairs.npz": "pairs", "single.csv": "deeplabcut", "several.h5": "deeplabcut", "sleap.h5": "sleap",
-        "lasa.mat": "lasa",
+        "lasa.mat": "lasa", "euroc.csv": "euroc", "b.bag": "rosbag", "b.db3": "rosbag", "b.mcap": "rosbag",
     }  # fmt: skip
     with pytest.raises(InputError, match="found 'word', wanted 'csv', 'parquet'"):
         format_of(tmp_path / "csv.csv", "word")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from subgoal.demonstrations import demonstrate, read, read_recording, starting_in, summarise
+from subgoal.demonstrations import angular_velocities, demonstrate, read, read_recording, starting_in, summarise
 
 
 @pytest.fixture
@@ -62,6 +62,17 @@ def test_tum_handheld(data):
     assert 200 < demos.n_observations < 600
     plain = np.loadtxt(path)
     assert np.array_equal(recording.positions, plain[:, 1:4])
+
+
+def test_tum_handheld_orientations(data):
+    path = data("tum_rgbd_handheld/freiburg1_xyz-groundtruth.txt")
+    recording = read_recording(path, pose=True)
+    plain = np.loadtxt(path)
+    assert np.array_equal(recording.positions[:, :3], plain[:, 1:4])
+    assert np.abs(np.abs((recording.positions[:, 3:] * plain[:, 4:]).sum(axis=1)) - 1).max() < 1e-3
+    demos = read(path, pose=True, rate=20)
+    speeds = np.linalg.norm(angular_velocities(demos.states[:, 3:], demos.actions[:, 3:]), axis=1)
+    assert 0.1 < np.median(speeds) < np.quantile(speeds, 0.99) < 1.0  # held still by hand, rad/s
 
 
 def test_mouse_labyrinth(data):

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from tests.demonstrations.valid_bags import START, Message, odometry, pose, transforms, write_bag
 
 CSV = "id,t,x,y,p\n" + "".join(f"{'ab'[k % 2]},{k / 10},{k * 0.5},{k * k / 7:.4f},{0.5 + k / 50}\n" for k in range(24))
 SHEET = (
@@ -19,6 +23,13 @@ EDINBURGH = (
 )
 TUM = "# ground truth\n# timestamp tx ty tz qx qy qz qw\n" + "".join(
     f"{1305031098.25 + k / 4:.4f} {1 + k / 10:.4f} 0.5 -{k / 8:.4f} 0 0 0 1\n" for k in range(12)
+)
+EUROC = (
+    "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n"
+    + "".join(
+        f"{1403636580838555648 + 5_000_000 * k},{k / 10},{-k / 5},0.5,{np.cos(k / 20):.6f},{np.sin(k / 20):.6f},0,0\n"
+        for k in range(12)
+    )
 )
 LABYRINTH = (
     "session,bout,step,node,frame_in_bout,frame_abs,rewards\nA,0,0,0,4,10,0\nA,0,1,2,9,15,0\nA,0,2,0,11,17,1\n"
@@ -70,13 +81,28 @@ def write_lasa(path: Path) -> None:
     savemat(path, {"demos": demos, "dt": 0.1})
 
 
+def write_bags(folder: Path) -> None:
+    """A bag of ROS 1 and the files of two of ROS 2, with 12 messages each."""
+    stamps = [START + 10**8 * k for k in range(12)]
+    places = [(k / 10, k * k / 9, 0.5, 0, 0, np.sin(k / 8), np.cos(k / 8)) for k in range(12)]
+    topics: dict[str, list[tuple[int, Message]]] = {
+        "bag": [(stamp, pose(stamp, place)) for stamp, place in zip(stamps, places, strict=True)],
+        "db3": [(stamp, odometry(stamp, place, range(6))) for stamp, place in zip(stamps, places, strict=True)],
+        "mcap": [(stamp, transforms(stamp, {"body": place})) for stamp, place in zip(stamps, places, strict=True)],
+    }
+    for kind, messages in topics.items():
+        with tempfile.TemporaryDirectory() as aside:
+            path = write_bag(Path(aside), kind, {"/topic": messages})
+            shutil.copy(path, folder / f"b.{kind}")
+
+
 def write_all(folder: Path) -> dict[str, tuple[Path, dict[str, Any]]]:
     """One file of every format with the options that read it."""
     import pandas as pd
 
-    texts = {"csv": CSV, "sheet": SHEET, "edinburgh": EDINBURGH, "tum": TUM, "labyrinth": LABYRINTH}
+    texts = {"csv": CSV, "sheet": SHEET, "edinburgh": EDINBURGH, "tum": TUM, "euroc": EUROC, "labyrinth": LABYRINTH}
     for name, text in texts.items():
-        (folder / f"{name}.{'csv' if name in ('csv', 'sheet', 'labyrinth') else 'txt'}").write_bytes(text.encode())
+        (folder / f"{name}.{'txt' if name in ('edinburgh', 'tum') else 'csv'}").write_bytes(text.encode())
     t = np.arange(12.0)
     places = np.stack([t, t**2], axis=1)
     frame = pd.DataFrame({"id": list("aabb") * 3, "t": t, "x": t / 3, "y": -t})
@@ -88,7 +114,11 @@ def write_all(folder: Path) -> dict[str, tuple[Path, dict[str, Any]]]:
     deeplabcut_frame(("mother", "pup")).to_hdf(folder / "several.h5", key="df_with_missing", format="table", mode="w")
     write_sleap(folder / "sleap.h5")
     write_lasa(folder / "lasa.mat")
+    write_bags(folder)
     options: dict[str, dict[str, Any]] = {
+        "euroc.csv": {"pose": True},
+        "b.bag": {"plane": "xy"},
+        "b.db3": {"pose": True, "twist": True},
         "csv.csv": {"trajectory": "id", "likelihood": "p"},
         "sheet.csv": {"position": ["X in m", "Y in m"], "time": "Zeit", "trajectory": "Wer"},
         "table.parquet": {"trajectory": "id", "clock": "sort"},

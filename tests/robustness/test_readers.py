@@ -18,11 +18,14 @@ from subgoal.runtime.errors import InputError, ReadError, SubgoalError
 from tests.demonstrations.valid_files import write_all
 
 FORMATS = (
-    "csv.csv", "edinburgh.txt", "labyrinth.csv", "lasa.mat", "packed.npz", "pairs.npz", "plain.npz", "several.h5",
-    "sheet.csv", "single.csv", "sleap.h5", "table.parquet", "tum.txt",
+    "b.bag", "b.db3", "b.mcap", "csv.csv", "edinburgh.txt", "euroc.csv", "labyrinth.csv", "lasa.mat", "packed.npz",
+    "pairs.npz", "plain.npz", "several.h5", "sheet.csv", "single.csv", "sleap.h5", "table.parquet", "tum.txt",
 )  # fmt: skip
-ENDINGS = (".csv", ".tsv", ".txt", ".parquet", ".npz", ".mat", ".h5", ".xyz", "")
-MAGIC = (b"PK\x03\x04", b"PAR1", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0 MAT-file", b"scorer,", b"session,bout,step,node,")
+ENDINGS = (".csv", ".tsv", ".txt", ".parquet", ".npz", ".mat", ".h5", ".bag", ".db3", ".mcap", ".xyz", "")
+MAGIC = (
+    b"PK\x03\x04", b"PAR1", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0 MAT-file", b"scorer,", b"session,bout,step,node,",
+    b"#ROSBAG V2.0\n", b"\x89MCAP0\r\n", b"SQLite format 3\0", b"#timestamp [ns], p_RS_R_x [m]",
+)  # fmt: skip
 
 
 def fuzzed(count: int, seed: int) -> dict[str, dict]:

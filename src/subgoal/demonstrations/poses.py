@@ -38,8 +38,10 @@ def pose_metric(length: float, *, planar: bool = False) -> Metric:
 
 
 def nothing_turns(quaternions: Floats) -> NDArray[np.bool_]:
-    """(M,) which of the quaternions (M, 4) are too short to say a rotation."""
-    return np.asarray(np.linalg.norm(quaternions, axis=1) < LEAST_NORM)
+    """(M,) which of the quaternions (M, 4) are too short to say a rotation, or too long for a norm."""
+    with np.errstate(over="ignore"):
+        norm = np.linalg.norm(quaternions, axis=1)
+    return np.asarray((norm < LEAST_NORM) | np.isinf(norm))
 
 
 def continue_quaternions(quaternions: Any, offset: Ints) -> Floats:
@@ -56,7 +58,7 @@ def continue_quaternions(quaternions: Any, offset: Ints) -> Floats:
     short = nothing_turns(given)
     if short.any():
         row = int(np.argmax(short))
-        raise InputError("quaternions", where=f"row {row}", found="no length", wanted="a rotation")
+        raise InputError("quaternions", where=f"row {row}", found=list(given[row]), wanted="a rotation")
     unit = Rotation.from_quat(given).as_quat(canonical=True)
     steps = np.where(np.einsum("ij,ij->i", unit[1:], unit[:-1]) < 0, -1.0, 1.0)
     signs = np.ones(len(unit))

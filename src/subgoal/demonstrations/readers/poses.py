@@ -92,7 +92,8 @@ def posed(
     short = nothing_turns(four)
     if short.any():
         raise ReadError(
-            str(path), where=data_row(int(np.argmax(short))), found="a quaternion without length", wanted="a rotation",
+            str(path), where=data_row(int(np.argmax(short))), found=f"the quaternion {four[np.argmax(short)].tolist()}",
+            wanted="one that is a rotation",
             hint="positions alone, or a file without such rows",
         )  # fmt: skip
     choice = Choice((*places, *names[3:]), time, action=TWIST if twist else ())
