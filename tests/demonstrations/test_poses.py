@@ -95,6 +95,12 @@ def test_signs_continue_within_trajectories_which_begin_near_the_first():
     assert np.array_equal(made[40:], made[:40])
 
 
+def test_trajectories_that_begin_at_nearly_one_rotation_are_near_each_other():
+    angles = np.radians([170, 190])
+    made = continue_quaternions(turns(angles, np.array([0, 0, 1.0]), Rotation.identity()), [0, 1, 2])
+    assert made[0] @ made[1] == pytest.approx(np.cos(np.radians(10)))
+
+
 def test_quaternions_are_normalised():
     made = continue_quaternions(3 * turns(np.arange(9.0)), [0, 9])
     assert np.linalg.norm(made, axis=1) == pytest.approx(np.ones(9), abs=1e-15)

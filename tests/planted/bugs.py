@@ -12,6 +12,7 @@ from tests.planted.irl_bugs import ENTROPY_BUGS, MARGIN_BUGS
 from tests.planted.learning_bugs import LEARNING_BUGS
 from tests.planted.option_bugs import OPTION_BUGS
 from tests.planted.persistence_bugs import PERSISTENCE_BUGS
+from tests.planted.pose_bugs import POSE_BUGS
 from tests.planted.prior_bugs import PRIOR_BUGS
 from tests.planted.regression_bugs import REGRESSION_BUGS
 from tests.planted.sampler_bugs import SAMPLER_BUGS
@@ -156,5 +157,5 @@ BUGS = [
     *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
     *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS, *WALK_BUGS, *MARGIN_BUGS, *ENTROPY_BUGS,
     *PRIOR_BUGS, *COMPARE_BUGS, *SHARDED_BUGS, *ENVELOPE_BUGS, *REGRESSION_BUGS, *CONTINUOUS_BUGS, *DYNAMICS_BUGS,
-    *OPTION_BUGS,
+    *OPTION_BUGS, *POSE_BUGS,
 ]  # fmt: skip
