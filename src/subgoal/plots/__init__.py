@@ -6,9 +6,10 @@ from subgoal.plots.fit import plot_residuals
 from subgoal.plots.portraits import plot_portraits
 from subgoal.plots.recording import plot_recording
 from subgoal.plots.strips import plot_segments
+from subgoal.plots.sweep import plot_sweep
 from subgoal.plots.trajectories import plot_trajectories
 
 __all__ = [
     "plot_count_posterior", "plot_portraits", "plot_recording", "plot_residuals", "plot_segments", "plot_subgoal_count",
-    "plot_trajectories", "save_figure",
+    "plot_sweep", "plot_trajectories", "save_figure",
 ]  # fmt: skip

@@ -12,6 +12,7 @@ from subgoal.answers.segments import Segments, segments
 from subgoal.answers.subgoals import Subgoals, subgoals
 from subgoal.irl.compare import Comparison
 from subgoal.irl.reruns import Sensitivity
+from subgoal.irl.sweep_record import Sweep
 from subgoal.plots.shown import is_unordered
 from subgoal.plots.words import certainty, headline, reading, sure
 from subgoal.posterior.diagnostics import Status
@@ -27,6 +28,7 @@ from subgoal.reporting.safe import script_json, text
 from subgoal.reporting.scene import scene_figure
 from subgoal.reporting.sensitivity import rate_section, sensitivity_section
 from subgoal.reporting.style import CSS
+from subgoal.reporting.sweep import sweep_section
 from subgoal.reporting.tables import diagnostics_table, meanings, provenance_table, segment_table, subgoal_table
 
 POLICY = (
@@ -51,6 +53,7 @@ def report(
     cut: Segments | None = None,
     sensitivity: Sensitivity | None = None,
     comparison: Comparison | None = None,
+    sweep: Sweep | None = None,
     title: str | None = None,
     y_down: bool = False,
 ) -> Path:
@@ -66,6 +69,8 @@ def report(
         That of this posterior, to be shown; it takes a while, so it is not computed here.
     comparison:
         Other methods on the same demonstrations, to be shown.
+    sweep:
+        How many subgoals there are at each confidence, to be shown.
     title:
         A line above the headline; the name of the data if not given.
     y_down:
@@ -88,6 +93,7 @@ def report(
         _counts(posterior, found, figures),
         comparison_section(comparison),
         _fit(posterior, figures),
+        sweep_section(posterior, sweep, figures),
         sensitivity_section(sensitivity),
         rate_section(posterior, sensitivity),
         counting_section(posterior),

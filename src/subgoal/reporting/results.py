@@ -17,6 +17,7 @@ from subgoal.answers.segments import OTHER, Segments, segments
 from subgoal.answers.subgoals import COUNTED_FROM, Subgoals, reaches, subgoals
 from subgoal.irl.compare import Comparison
 from subgoal.irl.reruns import Sensitivity
+from subgoal.irl.sweep_record import Sweep
 from subgoal.posterior.archive import save
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
@@ -27,7 +28,7 @@ from subgoal.runtime.errors import InputError
 
 STALE = (
     "residuals.png", "residuals.svg", "groups.csv", "sensitivity.csv", "comparison.csv", "comparison.png",
-    "comparison.svg", "portraits.png", "portraits.svg",
+    "comparison.svg", "portraits.png", "portraits.svg", "sweep.csv", "sweep.png", "sweep.svg",
 )  # fmt: skip
 """Files that not every posterior gives, taken away when a new result has none."""
 
@@ -50,12 +51,13 @@ def write_results(
     found: Subgoals | None = None,
     sensitivity: Sensitivity | None = None,
     comparison: Comparison | None = None,
+    sweep: Sweep | None = None,
 ) -> Results:
     """Write ``subgoals.csv``, ``segments.csv``, ``summary.json``, ``posterior.npz``, figures and ``report.html``.
 
     Where the demonstrations have groups there is ``groups.csv`` too; with a ``sensitivity`` its table
-    ``sensitivity.csv``; with a ``comparison`` ``comparison.csv`` and a picture of it. ``found`` are the subgoals, made
-    with ``merge_radius`` if not given.
+    ``sensitivity.csv``; with a ``comparison`` or a ``sweep`` over the confidence ``comparison.csv`` or ``sweep.csv``
+    and a picture of it. ``found`` are the subgoals, made with ``merge_radius`` if not given.
     Everything is written to a folder beside the results and moved in at the end, so that a run that fails leaves the
     old results whole. Raises ``InputError`` when the folder cannot be written.
     """
@@ -71,10 +73,14 @@ def write_results(
         _write_tables(posterior, found, cut, aside, y_down)
         _write_more(posterior, found, sensitivity, aside)
         _write_comparison(comparison, aside)
+        _write_sweep(sweep, aside)
         _draw(posterior, found, cut, aside, y_down)
         save(posterior, aside / "posterior.npz")
         page = aside / "report.html"
-        report(posterior, page, found=found, cut=cut, sensitivity=sensitivity, comparison=comparison, y_down=y_down)
+        report(
+            posterior, page, found=found, cut=cut, sensitivity=sensitivity, comparison=comparison, sweep=sweep,
+            y_down=y_down,
+        )  # fmt: skip
         written = {path.name for path in aside.iterdir()}
         for name in sorted(written):
             (aside / name).replace(folder / name)
@@ -140,6 +146,19 @@ def _write_comparison(found: Comparison | None, folder: Path) -> None:
         each.seconds, *each.converged,
     ] for each in found.methods))  # fmt: skip
     save_figure(plot_comparison(found), folder, "comparison")
+
+
+def _write_sweep(found: Sweep | None, folder: Path) -> None:
+    if found is None:
+        return
+    from subgoal.plots.files import save_figure
+    from subgoal.plots.sweep import plot_sweep
+
+    _write_csv(folder / "sweep.csv", ("confidence", "trial", "subgoals"), (
+        [float(level), k, int(count)] for level, row in zip(found.confidences, found.counts, strict=True)
+        for k, count in enumerate(row)
+    ))  # fmt: skip
+    save_figure(plot_sweep(found), folder, "sweep")
 
 
 def summary(posterior: Posterior, found: Subgoals, cut: Segments) -> dict[str, Any]:
