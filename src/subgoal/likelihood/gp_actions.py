@@ -121,7 +121,7 @@ def gp_actions(
         raise InputError("candidates", found=found, wanted=f"{least:g} of it", hint=hint)
     source = GaussianProcessValues(
         plan.only(np.flatnonzero(kept)), world, metric, states, actions, world.ahead(states, actions, metric),
-        world.ahead_of_tests(states, metric), candidates.some(kept),
+        candidates.some(kept),
         ~(metric.distance(states[:, None], base[None]) < 1e-9).any(axis=1),
     )  # fmt: skip
     if plan.status is not IterationStatus.CONVERGED:

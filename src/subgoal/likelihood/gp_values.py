@@ -23,8 +23,9 @@ from subgoal.runtime.checks import Bools, Floats, Ints, frozen
 from subgoal.runtime.errors import InputError
 
 HELD = 2**24
-"""Largest number of action values that are kept (128 MiB); above it they are made again from where actions lead."""
-ROWS = 2**17
+"""Largest number of action values that are kept (128 MiB); above it they are made again when asked for."""
+MOST_HELD_OUT = 2000
+ROWS = 2**19
 """Action values that are made at once."""
 
 
@@ -117,10 +118,10 @@ class GaussianProcessValues:
         Of the states.
     states, action:
         (N, d) and (N, k) of the observations.
-    ahead_of_taken, ahead_of_tests:
-        Where the actions taken (N) and the test actions (N·m) lead.
-    there:
-        Distance within which an observation is at a candidate.
+    ahead_of_taken:
+        Where the actions taken (N) lead.
+    candidates:
+        Those of the plan.
     held_out:
         (N,) observations that are not support states.
     """
@@ -131,7 +132,6 @@ class GaussianProcessValues:
     states: Floats
     action: Floats
     ahead_of_taken: Ahead
-    ahead_of_tests: Ahead
     candidates: Candidates
     held_out: Bools
     kind: str = field(default="Gaussian-process planning", init=False)
@@ -192,11 +192,12 @@ class GaussianProcessValues:
         )
 
     def bellman_residuals(self) -> Floats:
-        """(rows, G) |V − max_u Q| at the observed states that are not support states."""
+        """(rows, G) |V − max_u Q| at the observed states that are not support states, 2,000 at most, evenly spaced."""
         rows = np.flatnonzero(self.held_out)
         if not rows.size:
             return np.zeros((0, self.plan.values.shape[1]))
-        best = np.concatenate([self.tested(a, b).max(axis=1) for a, b in self._blocks()])[rows]
+        rows = rows[np.unique(np.linspace(0, rows.size - 1, min(rows.size, MOST_HELD_OUT)).astype(np.int64))]
+        best = np.stack([self.tested(i, i + 1)[0].max(axis=0) for i in rows.tolist()])
         known = self.plan.values_at(coordinates(self.metric, self.states[rows]))
         return np.asarray(np.abs(np.asarray(known) - best))
 
@@ -205,7 +206,7 @@ class GaussianProcessValues:
         states, actions = checked_pairs(demonstrations, self.metric.dimension, self.world)
         return replace(
             self, states=states, action=actions, ahead_of_taken=self.world.ahead(states, actions, self.metric),
-            ahead_of_tests=self.world.ahead_of_tests(states, self.metric), held_out=np.ones(len(states), bool),
+            held_out=np.ones(len(states), bool),
         )  # fmt: skip
 
     @cached_property
@@ -228,7 +229,7 @@ class GaussianProcessValues:
 
     def _tested(self, start: int, stop: int) -> Floats:
         m = len(self.world.test_actions)
-        values = self.plan.action_values(self.ahead_of_tests.some(slice(start * m, stop * m)))
+        values = self.plan.action_values(self.world.ahead_of_tests(self.states[start:stop], self.metric))
         return np.asarray(values).reshape(stop - start, m, -1)
 
     def _blocks(self) -> list[tuple[int, int]]:
