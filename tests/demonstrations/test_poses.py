@@ -60,6 +60,16 @@ def test_a_window_may_hold_more_than_half_a_turn():
     assert np.abs(angular_velocities(demos.states[:, 3:], demos.actions[:, 3:]) - SPIN).max() < 1e-9
 
 
+def test_poses_too_few_for_the_window_are_dropped_and_counted():
+    recording = spinning(np.arange(20) / 50, offset=[0, 1, 4, 20])
+    demos = demonstrate(recording, velocity="savgol")
+    assert demos.trajectory_names == ("T2",)
+    assert demos.source.notes == {
+        "trajectories of one sample dropped": 1, "trajectories too short for the window dropped": 1,
+    }  # fmt: skip
+    assert resample(recording, 25).quaternion == 3
+
+
 def test_rates_of_quaternions_are_their_derivatives(times):
     quaternions = continue_quaternions(turns(times), [0, len(times)])
     step = 1e-6

@@ -61,6 +61,19 @@ def test_folders_of_ros_2_bags_are_read(tmp_path, kind):
     assert read_recording(other).source.checksum != recording.source.checksum
 
 
+@pytest.mark.parametrize("how", ["bz2", "lz4"])
+def test_packed_bags_of_ros_1_are_read(tmp_path, how):
+    path = write_bag(tmp_path, "bag", {"/pose": posed()}, packed=how)
+    assert np.array_equal(read_recording(path).positions, PLACES[:, :3])
+
+
+@pytest.mark.parametrize("kind", ["db3", "mcap"])
+@pytest.mark.parametrize("how", ["message", "file"])
+def test_packed_bags_of_ros_2_are_read(tmp_path, kind, how):
+    folder = write_bag(tmp_path, kind, {"/pose": posed()}, packed=how).parent
+    assert np.array_equal(read_recording(folder).positions, PLACES[:, :3])
+
+
 def test_folders_without_metadata_are_no_bags(tmp_path):
     folder = write_bag(tmp_path, "db3", {"/pose": posed()}).parent
     (folder / "metadata.yaml").unlink()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -78,12 +78,16 @@ def text(words: str) -> Message:
     return lambda make: make("std_msgs/msg/String", words)
 
 
-def write_bag(folder: Path, kind: str, topics: dict[str, list[tuple[int, Message]]], *, name: str = "b") -> Path:
-    """A bag of (time of receipt, message) for each topic; gives the file, which for ROS 2 lies in a bag's folder."""
+def write_bag(
+    folder: Path, kind: str, topics: dict[str, list[tuple[int, Message]]], *, name: str = "b", packed: str = ""
+) -> Path:
+    """A bag of (time of receipt, message) for each topic; gives the file, which for ROS 2 lies in a bag's folder.
+
+    ``packed`` is "bz2" or "lz4" for ROS 1, "message" or "file" for ROS 2.
+    """
     make = Maker(1 if kind == "bag" else 2)
     path = folder / (f"{name}.bag" if kind == "bag" else f"{name}_{kind}")
-    plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
-    with Writer1(path) if kind == "bag" else Writer2(path, version=9, storage_plugin=plugin) as writer:
+    with _writer(path, kind, packed.upper()) as writer:
         for topic, messages in topics.items():
             connection = None
             for received, message in messages:
@@ -92,3 +96,16 @@ def write_bag(folder: Path, kind: str, topics: dict[str, list[tuple[int, Message
                     connection = writer.add_connection(topic, made.__msgtype__, typestore=make.store)
                 writer.write(connection, received, make.save(made))
     return path if kind == "bag" else path / f"{path.name}.{kind}"
+
+
+def _writer(path: Path, kind: str, packed: str) -> Any:
+    if kind == "bag":
+        writer = Writer1(path)
+        if packed:
+            writer.set_compression(Writer1.CompressionFormat[packed])
+        return writer
+    plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
+    other = Writer2(path, version=9, storage_plugin=plugin)
+    if packed:
+        other.set_compression(CompressionMode[packed], CompressionFormat.ZSTD)
+    return other
