@@ -1,4 +1,4 @@
-"""A recording of a 1/10-scale car driven by hand: five topics, each with a clock of its own, on one."""
+"""A recording of a 1/10-scale car driven by hand: four topics, each with a clock of its own, on one."""
 
 from __future__ import annotations
 

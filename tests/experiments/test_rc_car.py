@@ -14,8 +14,9 @@ from experiments.common import Options, figure_style
 from experiments.rc_car import stalled
 from experiments.rc_car_picture import words
 from experiments.recorded_car import Recorded, body_motion, delays, held, read_recording, spans, topic
-from experiments.recorded_study import forecast_error, main_of
-from subgoal.demonstrations import Demonstrations
+from experiments.recorded_study import Answer, forecast_error, main_of, matched
+from subgoal.candidates import Candidates
+from subgoal.demonstrations import Demonstrations, Metric
 
 START = 1_700_000_000.9
 RATE, TURN, SPEED = 25.0, 0.8, 1.5
@@ -156,6 +157,19 @@ def test_states_have_words(state: tuple[float, float], told: str) -> None:
 def test_main_subgoals_serve_five_in_a_hundred() -> None:
     assert main_of(np.array([7] * 94 + [2] * 5 + [1])).tolist() == [2, 7]
     assert main_of(np.arange(100)).tolist() == [0]
+
+
+def test_subgoals_are_matched_one_to_one_and_each_has_a_nearest() -> None:
+    def answered(points: list[list[float]]) -> Answer:
+        goals: Any = Candidates(points=np.array(points))
+        nothing: Any = None
+        return Answer(nothing, nothing, nothing, goals, goals, np.zeros(1, int))
+
+    one, other = answered([[0.0], [1.0], [9.0]]), answered([[0.6], [0.9]])
+    apart, nearest = matched(one, other, Metric(np.array([2.0]), np.array([np.inf])))
+    np.testing.assert_allclose(apart, [0.2, 1.2])
+    np.testing.assert_allclose(nearest, [1.2, 0.2, 16.2])
+    np.testing.assert_allclose(matched(other, one, Metric(np.array([1.0]), np.array([np.inf])))[1], [0.4, 0.1])
 
 
 def test_forecasts_of_what_is_linear_are_right_and_the_change_is_what_they_are_measured_by() -> None:
