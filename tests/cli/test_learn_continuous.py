@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from subgoal.irl.confidence_sweep import confidence_sweep
 from tests.cli.conftest import QUICK
 from tests.likelihood.point_mass import there_and_back
 
@@ -128,3 +130,18 @@ def test_a_model_that_says_nothing_is_warned_of(subgoal, laps: Path, tmp_path: P
     noise.to_csv(laps, index=False)
     answer = learned(subgoal, laps, tmp_path / "out", "--dynamics", "neighbours", "--hold", "0")
     assert "where actions lead was not learned" in answer.err
+
+
+def test_the_confidence_may_be_swept(subgoal, laps: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("subgoal.cli.write.confidence_sweep", partial(confidence_sweep, trials=2, sweeps=20))
+    out = tmp_path / "out"
+    answer = learned(subgoal, laps, out, "--sweep")
+    assert answer.code == 0, answer.err
+    told = pd.read_csv(out / "sweep.csv")
+    assert (told.groupby("confidence").size() == 2).all()
+    assert (out / "sweep.png").exists()
+    assert not (out / ".sweep.npz").exists()
+    assert subgoal("report", out, "--sweep").code == 2
+    refused = learned(subgoal, laps, tmp_path / "other", "--sweep", "--learn-all")
+    assert refused.code == 2
+    assert "without --learn-all" in refused.err

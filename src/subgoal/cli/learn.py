@@ -83,6 +83,7 @@ def learn(
     resume: Annotated[bool, typer.Option(help="Go on from the checkpoint in --out.", rich_help_panel=RUN)] = False,
     y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
     sensitivity: o.Sensitivity = False,
+    sweep: o.Sweep = False,
     quiet: o.Quiet = False,
     format: o.Format = None,
     position: o.Position = None,
@@ -183,7 +184,7 @@ def learn(
         workers=workers, backend=backend, resume=resume,
     )  # fmt: skip
     how: dict[str, Any] = {"merge_radius": merge_radius, "y_down": y_down, "quiet": quiet, "learn_all": learn_all,
-                           "sensitive": sensitivity}  # fmt: skip
+                           "sensitive": sensitivity, "swept": sweep}  # fmt: skip
     continuous = o.given(
         action_bounds=o.intervals("--action-bounds", action_bounds), floor=o.numbers("--floor", floor),
         dynamics=dynamics, horizon=horizon, dwell=dwell, hold=hold,

@@ -33,6 +33,10 @@ Group = Annotated[
 Sensitivity = Annotated[
     bool, typer.Option("--sensitivity", help="Run again under other settings, and show what hangs on them.")
 ]
+Sweep = Annotated[
+    bool,
+    typer.Option("--sweep", help="Count subgoals at one confidence after another: where they begin to fall apart."),
+]
 Scale = Annotated[
     float | None, typer.Option(help="Multiply positions, e.g. metres per pixel.", rich_help_panel=READING)
 ]

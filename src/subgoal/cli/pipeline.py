@@ -46,6 +46,7 @@ def learn_file(
     quiet: bool,
     learn_all: bool = False,
     sensitive: bool = False,
+    swept: bool = False,
 ) -> None:
     """The pipeline behind ``learn`` and ``demo``: read, tabulate, sample, write, print."""
     from subgoal.cli.compose import candidate_places, clock_told, likelihood_table, output_folder
@@ -62,7 +63,7 @@ def learn_file(
     with output_folder(out) as folder:
         learn_table(
             likelihood, folder, run, merge_radius=merge_radius, y_down=y_down, quiet=quiet, learn_all=learn_all,
-            sensitive=sensitive, fixed=fixed, grouped="group" in reading,
+            sensitive=sensitive, swept=swept, fixed=fixed, grouped="group" in reading,
         )  # fmt: skip
 
 
@@ -76,6 +77,7 @@ def learn_table(
     quiet: bool,
     learn_all: bool,
     sensitive: bool,
+    swept: bool,
     fixed: bool,
     grouped: bool,
 ) -> None:
@@ -95,7 +97,13 @@ def learn_table(
     posterior = _sampled(likelihood, folder, run, learn_all=learn_all, quiet=quiet)
     complete = posterior.n_draws == posterior.settings.draws
     results = write(
-        posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitive and complete, quiet=quiet
+        posterior,
+        folder,
+        merge_radius=merge_radius,
+        y_down=y_down,
+        sensitive=sensitive and complete,
+        swept=swept and complete,
+        quiet=quiet,
     )
     if not quiet:
         print_results(posterior, results, folder)

@@ -15,6 +15,7 @@ def report(
     merge_radius: Annotated[float | None, typer.Option(help="Places within it are one subgoal; default 5ε.")] = None,
     y_down: Annotated[bool | None, typer.Option(help="Draw y downwards; default: as before.")] = None,
     sensitivity: o.Sensitivity = False,
+    sweep: o.Sweep = False,
     quiet: o.Quiet = False,
 ) -> None:
     """Make the tables, pictures and report.html of a folder again, for example with another merge radius.
@@ -32,7 +33,7 @@ def report(
     posterior = load(folder / "posterior.npz", mdp=kept_world(folder))
     y_down = drawn_downwards(folder) if y_down is None else y_down
     results = write(
-        posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitivity, quiet=quiet
+        posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitivity, swept=sweep, quiet=quiet
     )  # fmt: skip
     if not quiet:
         print_results(posterior, results, folder)
