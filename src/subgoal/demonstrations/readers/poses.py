@@ -88,14 +88,7 @@ def posed(
     places = tuple(names[:3])
     if not (how.turns or twist):
         return assemble(path, columns, Choice(places, time), how.treatment(how.scale), source)
-    four = np.stack([numbers(path, name, columns[name]) for name in names[3:]], axis=1)
-    short = nothing_turns(four)
-    if short.any():
-        raise ReadError(
-            str(path), where=data_row(int(np.argmax(short))), found=f"the quaternion {four[np.argmax(short)].tolist()}",
-            wanted="one that is a rotation",
-            hint="positions alone, or a file without such rows",
-        )  # fmt: skip
+    _check_lengths(path, columns, names[3:])
     choice = Choice((*places, *names[3:]), time, action=TWIST if twist else ())
     recording = assemble(path, columns, choice, how.treatment(1.0), source)
     given = recording.positions[:, 3:]
@@ -117,6 +110,18 @@ def posed(
     return replace(
         recording, positions=np.hstack([moved, unit]), names=(*places, *names[3:]), quaternion=3, actions=speeds
     )
+
+
+def _check_lengths(path: Path, columns: dict[str, Any], names: Sequence[str]) -> None:
+    """Raise ``ReadError`` for a quaternion that is no rotation; cells without a value are not looked at."""
+    four = np.stack([numbers(path, name, columns[name]) for name in names], axis=1)
+    short = nothing_turns(four)
+    if short.any():
+        row = int(np.argmax(short))
+        raise ReadError(
+            str(path), where=data_row(row), found=f"the quaternion {four[row].tolist()}",
+            wanted="one that is a rotation", hint="positions alone, or a file without such rows",
+        )  # fmt: skip
 
 
 def _jumps(given: Floats, unit: Floats, offset: Ints) -> int:
