@@ -52,7 +52,7 @@ def test_the_section_has_the_sentence_the_curve_and_every_level() -> None:
     posterior = example(2)[0]
     html = sweep_section(posterior, FOUND, figures)
     page = Page(html)
-    assert sweep_words(FOUND) + ". The answer above is at 2." in " ".join(page.text)
+    assert sweep_words(FOUND) + ". The answer above is at 5." in " ".join(page.text)
     assert "Stopped before: 128." in " ".join(page.text)
     assert cells(html, "Confidence") == ["1", "2", "4", "8", "16", "32", "64"]
     assert cells(html, "Subgoals, mean")[3] == "3.20" and cells(html, "± sd")[3] == "0.40"
