@@ -97,6 +97,9 @@ class Subgoals:
     def __len__(self) -> int:
         return len(self.listed)
 
+    def __getitem__(self, k: int) -> Subgoal:
+        return self.listed[k]
+
     @property
     def listed(self) -> tuple[Subgoal, ...]:
         """Those with at least 1 % of the observations in expectation."""

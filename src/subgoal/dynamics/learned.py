@@ -44,8 +44,8 @@ def learn_dynamics(
     metric:
         For its periods: dimensions that wrap.
     holdout:
-        Share of the transitions that errors are told from, in whole stretches of time. What is returned has been
-        learned from all of them afterwards.
+        Share of the transitions that is held out at a time, in whole stretches; every transition once. What is
+        returned has been learned from all of them afterwards.
     seed:
         Of the stretches, and of the observations that Gaussian processes are made of where there are over 600.
 
@@ -60,12 +60,8 @@ def learn_dynamics(
     width = np.shape(demonstrations.states)[-1] if not demonstrations.is_discrete else 1
     plain = Metric.of(width, None, None if metric is None else tuple(metric.period))
     moves = transitions(demonstrations, step, plain)
-    train, test = held_out(moves, holdout, seed)
-    at = inputs(plain, moves.states, moves.actions)
-    tried = {
-        each: _errors(_LEARN[each](at[train], moves.increments[train], seed), moves, at, test)
-        for each in (_LEARN if kind == "best" else (kind,))
-    }
+    folds, at = held_out(moves, holdout, seed), inputs(plain, moves.states, moves.actions)
+    tried = {each: _errors(_LEARN[each], moves, at, folds, seed) for each in (_LEARN if kind == "best" else (kind,))}
     taken = min(tried, key=lambda each: tried[each].overall)
     model: Any = _LEARN[taken](at, moves.increments, seed)
     low = np.where(np.min(demonstrations.states, axis=0) >= 0, 0.0, -plain.period / 2)
@@ -76,8 +72,16 @@ def learn_dynamics(
     )  # fmt: skip
 
 
-def _errors(model: Model, moves: Transitions, at: Floats, test: Bools) -> HeldOut:
-    true = moves.increments[test]
-    error, stays = (np.sqrt(np.mean(off**2, axis=0)) for off in (model.increments(at[test]) - true, true))
+def _errors(
+    learn: Callable[[Floats, Floats, int], Model], moves: Transitions, at: Floats, folds: list[tuple[Bools, Bools]],
+    seed: int,
+) -> HeldOut:  # fmt: skip
+    """Of models learned without each fold in turn, over all of them."""
+    off = np.concatenate([
+        learn(at[train], moves.increments[train], seed).increments(at[test]) - moves.increments[test]
+        for train, test in folds
+    ])  # fmt: skip
+    true = np.concatenate([moves.increments[test] for _, test in folds])
+    error, stays = (np.sqrt(np.mean(values**2, axis=0)) for values in (off, true))
     spread = np.maximum(true.std(axis=0), 1e-12 * (1 + np.abs(moves.states).max(axis=0)))
-    return HeldOut(frozen(error), frozen(stays), frozen(error / spread), int(test.sum()))
+    return HeldOut(frozen(error), frozen(stays), frozen(error / spread), len(true))

@@ -77,21 +77,27 @@ def transitions(demonstrations: Demonstrations, step: Any, metric: Metric) -> Tr
     return Transitions(states[row], mean, change, row, every, trajectory[row], every * own)
 
 
-def held_out(moves: Transitions, share: Any, seed: int) -> tuple[Bools, Bools]:
+def held_out(moves: Transitions, share: Any, seed: int) -> list[tuple[Bools, Bools]]:
     """(M,) transitions to learn from and (M,) those to test on: whole stretches of time, about ``share`` of all.
 
-    Transitions that overlap with one to test on are in neither. Raises ``InputError`` for a share that is not
-    between 0 and 1 and where one of the two would be too small.
+    One pair after another, so that every transition is tested on once: what changes seldom is not missed. Transitions
+    that overlap with one to test on are in neither. Raises ``InputError`` for a share that is not above 0 and at most
+    a half, and where one of the two would be too small.
     """
     share = positive("holdout", share)
-    if not share < 1:
-        raise InputError("holdout", found=share, wanted="a number between 0 and 1")
+    if not share <= 0.5:
+        raise InputError("holdout", found=share, wanted="a number above 0, at most a half")
     length = max(2 * moves.every, len(moves.row) // BLOCKS)
     begins = np.flatnonzero(np.diff(moves.trajectory, prepend=-1))
     within = np.arange(len(moves.row)) - np.repeat(begins, np.diff(begins, append=len(moves.row)))
     block = np.cumsum(within % length == 0) - 1
     count = int(block[-1]) + 1
-    test = np.isin(block, stream(seed).permutation(count)[: max(1, round(share * count))])
+    folds = np.array_split(stream(seed).permutation(count), min(count, round(1 / share)))
+    return [_fold(moves, np.isin(block, fold)) for fold in folds if fold.size]
+
+
+def _fold(moves: Transitions, test: Bools) -> tuple[Bools, Bools]:
+    """What to learn from beside what is tested on, and that."""
     tested = moves.row[test]
     place = np.searchsorted(tested, moves.row)
     before, after = tested[np.maximum(place - 1, 0)], tested[np.minimum(place, len(tested) - 1)]
