@@ -56,7 +56,7 @@ def experiment(options: Options) -> tuple[Headline, Figure]:
                   "plateau_of_three": plateau(protocol), "one_up_to": protocol.last_with_one},
         "claims": claims(rows),
     }  # fmt: skip
-    return headline, page(rows, protocol, drivers[0])
+    return headline, page(rows, protocol, Turns(1.0, drivers[0]), cells[1.0, drivers[0]]["second"])
 
 
 def cell(noise: float, seed: int, trials: int) -> dict[str, Any]:
@@ -94,7 +94,7 @@ def summed(cells: list[dict[str, Any]]) -> dict[str, Any]:
         row[name] = {
             "mean": swept.mean, "sd": swept.sd, "most": swept.counts.max(axis=1), "v_measure": v,
             "sd_between_drivers": by_driver.std(axis=0), "plateau_of_three": plateau(swept),
-            "one_up_to": swept.last_with_one,
+            "one_up_to": swept.last_with_one, "drivers": len(cells),
         }  # fmt: skip
     return row
 
@@ -124,15 +124,14 @@ def claims(rows: dict[str, Any]) -> list[dict[str, str]]:
     return [{"claim": words, "verdict": "holds" if yes else "does not hold"} for words, yes in told.items()]
 
 
-def page(rows: dict[str, Any], protocol: Sweep, seed: int) -> Figure:
+def page(rows: dict[str, Any], protocol: Sweep, drive: Turns, second: float) -> Figure:
     """The drive with its subgoals; the thesis's protocol; drivers; samplers side by side."""
     figure = sheet(13.0, 11.0)
     grid = figure.add_gridspec(3, 2, height_ratios=(3.2, 0.55, 3.0))
-    drive = Turns(1.0, seed)
     label = coloured(drive)
     drawn_path(figure.add_subplot(grid[0, 0]), drive.run, label)
     strips(figure.add_subplot(grid[1, :]), drive.run, label, list(drive.run.driven.places))
-    _protocol(figure.add_subplot(grid[0, 1]), protocol, rows["noise 1"]["second_subgoal"])
+    _protocol(figure.add_subplot(grid[0, 1]), protocol, second)
     _drivers(figure.add_subplot(grid[2, 0]), rows)
     _samplers(figure.add_subplot(grid[2, 1]), rows["noise 1"])
     figure.suptitle("One, three, many: what the confidence makes of turns of three radii", x=0.01, ha="left")
@@ -156,40 +155,36 @@ def _curve(axes: Axes, mean: Floats, sd: Floats, ink: str, label: str, marker: s
 def _counting(axes: Axes, title: str) -> None:
     axes.axhline(THREE, color=GREY, lw=1, zorder=0)
     axes.set(xscale="log", xlabel="confidence α (nats per whole future)", ylabel="number of subgoals", title=title)
-    axes.set_ylim(0, 10)
+    axes.set_ylim(0, 13)
+    axes.legend(loc="upper left", fontsize=8.5)
 
 
 def _protocol(axes: Axes, protocol: Sweep, second: float) -> None:
     chains, sweeps = protocol.counts.shape[1], protocol.settings["sweeps"]
     axes.errorbar(protocol.confidences, protocol.mean, yerr=2 * protocol.sd, color=INK, fmt="o-", ms=5, capsize=2)
-    _second(axes, second, PALETTE[1], 9.4, "a second subgoal, in closed form")
+    axes.axvline(
+        second, color=PALETTE[3], lw=1.2, ls="--", label=f"a second subgoal, in closed form: α* = {second:.2g}"
+    )
     title = f"One drive as in the thesis: {chains} chains of {sweeps:,} sweeps (± 2 sd), {protocol.seconds:.0f} s"
     _counting(axes, title)
-
-
-def _second(axes: Axes, at: float, ink: str, height: float, told: str) -> None:
-    axes.axvline(at, color=ink, lw=1.1, ls="--")
-    axes.text(at * 1.06, height, f"{told}: {at:.2g}", color=ink, fontsize=8.5, va="top")
 
 
 def _drivers(axes: Axes, rows: dict[str, Any]) -> None:
     for k, (name, row) in enumerate(rows.items()):
         mine, ink = row["temporal"], (PALETTE[2], PALETTE[0])[k]
-        wide = mine["plateau_of_three"]["ratio"]
-        label = f"{name}: three over a factor of {wide:.2g}"
+        wide, at = mine["plateau_of_three"]["ratio"], row["second_subgoal"]
+        label = f"{name}: three over a factor of {wide:.2g}; α* = {at:.2g}"
         _curve(axes, mine["mean"], mine["sd"], ink, label, MARKERS[k], 1 + 0.04 * k)
-        _second(axes, row["second_subgoal"], ink, 9.4 - 0.7 * k, f"α*, {name}")
-    _counting(axes, "Eight drivers each, subgoals that persist (± 2 sd)")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.85), fontsize=8.5)
+        axes.axvline(at, color=ink, lw=1.1, ls="--")
+    _counting(axes, f"{row['temporal']['drivers']} drivers each, subgoals that persist (± 2 sd)")
 
 
 def _samplers(axes: Axes, row: dict[str, Any]) -> None:
     for k, name in enumerate(METHODS):
-        v = float(of_plateau(np.asarray(row[name]["v_measure"])).mean())
-        _curve(axes, row[name]["mean"], row[name]["sd"], INKS[name], f"{name} (V {v:.2f} at 15 to 20)", MARKERS[k],
-               1 + 0.04 * k)  # fmt: skip
+        best = float(np.max(row[name]["v_measure"]))
+        label = f"{name} (V-measure at its best α: {best:.2f})"
+        _curve(axes, row[name]["mean"], row[name]["sd"], INKS[name], label, MARKERS[k], 1 + 0.04 * k)
     _counting(axes, "Samplers side by side, noise 1 (± 2 sd)")
-    axes.legend(loc="upper left", fontsize=8.5)
 
 
 if __name__ == "__main__":
