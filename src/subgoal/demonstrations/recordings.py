@@ -112,6 +112,8 @@ def piece_names(names: Sequence[str], parent: Ints) -> tuple[tuple[str, ...], ND
 def resample(recording: Recording, rate: float) -> Recording:
     """Every trajectory at a fixed rate, by linear interpolation between its samples; of quaternions, by slerp.
 
+    A recorded action lasts until the next: what is given is its mean over the time until the next sample.
+
     Parameters
     ----------
     rate:
@@ -121,22 +123,25 @@ def resample(recording: Recording, rate: float) -> Recording:
     Raises
     ------
     InputError
-        The rate is not above 0, the recording carries actions, or the request makes more than 100 samples for each
-        one there is and more than a million in all.
+        The rate is not above 0, or the request makes more than 100 samples for each one there is and more than a
+        million in all.
     """
     rate = positive("rate", rate)
-    if recording.actions is not None:
-        raise InputError("rate", found=rate, wanted="None: recorded actions are not interpolated", hint="use every=")
     _check_size(recording, rate)
     parts = [
         _resample_one(recording.positions[a:b], recording.times[a:b], rate, recording.quaternion)
         for a, b in zip(recording.offset[:-1], recording.offset[1:], strict=True)
     ]
     made = sum(p[2] for p in parts)
+    held = None
+    if recording.actions is not None:
+        spans = zip(recording.offset[:-1], recording.offset[1:], parts, strict=True)
+        held = np.concatenate([_held(recording.actions[a:b], recording.times[a:b], part[1]) for a, b, part in spans])
     return replace(
         recording,
         positions=np.concatenate([p[0] for p in parts]),
         times=np.concatenate([p[1] for p in parts]),
+        actions=held,
         offset=np.concatenate([[0], np.cumsum([len(p[1]) for p in parts])]),
         source=recording.source.noting(samples_interpolated=made),
     )
@@ -159,6 +164,19 @@ def _resample_one(places: Floats, times: Floats, rate: float, four: int | None) 
     near = np.clip(np.searchsorted(times, grid), 1, len(times) - 1)
     off = np.minimum(np.abs(grid - times[near - 1]), np.abs(grid - times[near]))
     return made, grid, int((off * rate > ON_GRID).sum())
+
+
+def _held(actions: Floats, times: Floats, grid: Floats) -> Floats:
+    """(grid, k) mean of actions (M, k), each held from its time until the next one's, from each grid time to the next.
+
+    The last one is what is held there.
+    """
+    if len(grid) == len(times) and (grid == times).all():
+        return actions
+    passed = np.vstack([np.zeros(actions.shape[1]), np.cumsum(actions[:-1] * np.diff(times)[:, None], axis=0)])
+    at = np.stack([np.interp(grid, times, column) for column in passed.T], axis=1)
+    last = np.searchsorted(times, grid[-1], side="right") - 1
+    return np.vstack([np.diff(at, axis=0) / np.diff(grid)[:, None], actions[last]])
 
 
 def _check_size(recording: Recording, rate: float) -> None:
