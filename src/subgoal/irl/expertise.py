@@ -46,9 +46,10 @@ def expertise(likelihood: LogLikelihood, *, level: float = 0.9, weight: float | 
         Probability of the interval, which leaves as much below as above.
     weight:
         w, how many independent observations each one counts for. Not given: the weights of the likelihood if it has
-        some, else 1/τ, where τ is the autocorrelation time of the scores ∂ log p(a_i | s_i, g)/∂ log α at the best α
-        and g, by the rule of ``subgoal.evidence.evidence``. One who is off for a second is off once, not in every
-        sample of that second; without w the interval is too short.
+        some, else 1/τ, where τ is the autocorrelation time, by the rule of ``subgoal.evidence.evidence``, of the scores
+        ∂ log p(a_i | s_i, g)/∂(action asked for) at the best α and g, less their mean, or of those by log α where it is
+        longer. One who is off for a second is off once, not in every sample of that second; without w the interval is
+        too short. One who is off by the same throughout is so in this recording: of another it says nothing.
 
     Returns
     -------
@@ -205,12 +206,20 @@ def _most_that_is_told(told: _Told, rows: Ints, coarse: Floats, joint: Floats) -
 
 
 def _weight(likelihood: LogLikelihood, told: Assigned, rows: Ints, alpha: float) -> float:
-    """1/τ of the scores in log α of one candidate."""
+    """1/τ of the scores of one candidate: in the action asked for, or in log α, whichever are worth less."""
     below, above = alpha * math.exp(-SLOPE), alpha * math.exp(SLOPE)
-    score = (told.log_density(above) - told.log_density(below)) / (2 * SLOPE)
-    spoken = score != 0
-    score = np.where(spoken, score - score[spoken].mean() if spoken.any() else 0.0, 0.0)
-    return autocorrelation(likelihood.demonstrations.trajectory[rows], [(score[:, None], spoken)]).weight
+    of_alpha = (told.log_density(above) - told.log_density(below)) / (2 * SLOPE)
+    of_action = told.score(alpha)
+    spoken = (of_action != 0).any(axis=1)
+    if not spoken.any():
+        return 1.0
+    trajectory = likelihood.demonstrations.trajectory[rows]
+    return min(
+        autocorrelation(
+            trajectory, [(np.where(spoken[:, None], score - score[spoken].mean(axis=0), 0.0), spoken)]
+        ).weight
+        for score in (of_alpha[:, None], of_action)
+    )
 
 
 def _zoomed(levels: Floats, log_joint: Any) -> tuple[Floats, Floats]:
