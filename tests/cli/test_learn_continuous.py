@@ -105,7 +105,7 @@ def test_a_report_can_be_made_again(subgoal, laps: Path, tmp_path: Path) -> None
         (("--gain", "2"), "--gain"),
         (("--cell", "1"), "--likelihood grid"),
         (("--dwell", "-1"), "dwell"),
-        (("--hold", "1.5"), "can be held"),
+        (("--hold", "1.5"), "share of the future"),
         (("--epsilon", "50"), "more states than dimensions"),
     ],
 )

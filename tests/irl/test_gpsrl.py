@@ -101,6 +101,16 @@ def test_bad_input_is_refused():
         subgoal.gpsrl(still, lambda s, a, t: s, bounds=(LOW, HIGH))
     with pytest.raises(InputError, match="finite numbers"):
         subgoal.gpsrl(DEMOS, lambda s, a, t: s * np.nan, bounds=(LOW, HIGH))
+    with pytest.raises(InputError, match="the time between two pairs"):
+        subgoal.gpsrl(DEMOS, ContinuousWorld(push, LOW, HIGH, step=1.0))
+    codes = subgoal.Demonstrations.from_arrays(
+        DEMOS.states, np.arange(DEMOS.n_observations) % 3, DEMOS.offset, times=DEMOS.times
+    )
+    with pytest.raises(InputError, match="codes of discrete actions"):
+        subgoal.gpsrl(codes, push)
+    still = subgoal.Demonstrations.from_arrays(DEMOS.states, np.ones((81, 1)), DEMOS.offset, times=DEMOS.times)
+    with pytest.raises(InputError, match="dimension 0: found 1 throughout"):
+        subgoal.gpsrl(still, push)
     with pytest.raises(InputError, match="even steps"):
         times = np.array(DEMOS.times)
         times[4] += 0.1

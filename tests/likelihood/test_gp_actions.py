@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 from dataclasses import replace
+from functools import partial
 
 import array_api_strict
 import numpy as np
@@ -17,7 +18,7 @@ from subgoal.likelihood import gp_values
 from subgoal.likelihood.again import same_likelihood
 from subgoal.likelihood.maximum_literal import literal_maximum
 from subgoal.mdp import PlanningWarning
-from subgoal.runtime.errors import InputError, StoppedError
+from subgoal.runtime.errors import InputError, PlanningError, StoppedError
 from subgoal.runtime.progress import Silent
 from tests.likelihood.point_mass import HIGH, LOW, plane, push, there_and_back
 
@@ -131,10 +132,31 @@ def test_it_says_how_well_it_has_planned(table):
     assert residual.mean() < 0.05
 
 
-def test_not_converging_warns():
-    wild = GaussianSmoother(2.5, 1e-6)
+def test_not_converging_raises_unless_asked_otherwise():
+    wild = partial(gp_actions, DEMOS, NET, plane(horizon=20.0), smoother=GaussianSmoother(2.5, 1e-6), most_sweeps=3)
+    with pytest.raises(PlanningError, match=r"NOT CONVERGED.*most_sweeps"):
+        wild()
     with pytest.warns(PlanningWarning, match="NOT CONVERGED"):
-        gp_actions(DEMOS, NET, plane(horizon=20.0), smoother=wild, hold=0.0, most_sweeps=3)
+        wild(hold=0.0, allow_unconverged=True)
+
+
+def test_a_world_plans_with_whole_steps_of_its_model():
+    """A model that was learned of whole steps is asked for whole steps: half a step twice would be another model."""
+    asked = []
+
+    def leap(states, actions, duration):
+        asked.append(duration)
+        return push(states, actions, duration)
+
+    world = ContinuousWorld(leap, LOW, HIGH, step=0.5, points=4)
+    world.ahead(DEMOS.states[:3], DEMOS.actions[:3], NET.metric)
+    assert asked == [0.125, 0.25, 0.375, 0.5]
+
+
+def test_every_state_may_be_a_support_state():
+    table = gp_actions(DEMOS, NET, plane(), support=Candidates(points=DEMOS.states), hold=0.0)
+    assert not table.source.held_out.any()
+    assert "Bellman" not in table.planner
 
 
 class Stopping(Silent):
@@ -183,6 +205,8 @@ def broken(value):
         (plane(), None),
         (ContinuousWorld(broken(np.nan), LOW, HIGH, step=0.5), "finite numbers"),
         (ContinuousWorld(lambda s, a, t: s[:, :1], LOW, HIGH, step=0.5), "shape"),
+        (ContinuousWorld(lambda s, a, t: s.astype(int), LOW, HIGH, step=0.5), "floats"),
+        (ContinuousWorld(lambda s, a, t: s * 0.9, LOW, HIGH, step=0.5), "whatever is done"),
         (ContinuousWorld(push, LOW / 2, HIGH / 2, step=0.5), "actions"),
         (ContinuousWorld(push, LOW[:1], HIGH[:1], step=0.5), "columns"),
         ("a world", "ContinuousWorld"),
@@ -201,7 +225,10 @@ def test_other_input_that_does_not_fit_is_refused():
     with pytest.raises(InputError, match="more states than dimensions"):
         gp_actions(DEMOS, few, plane())
     with pytest.raises(InputError, match="can be held"):
-        gp_actions(DEMOS, NET, plane(), hold=1.1)
+        gp_actions(DEMOS, NET, plane(), hold=1.0, width=0.2)
+    for hold in (-0.1, 1.1, np.nan):
+        with pytest.raises(InputError, match="share of the future"):
+            gp_actions(DEMOS, NET, plane(), hold=hold)
     with pytest.raises(InputError, match="places in space"):
         gp_actions(DEMOS, Candidates.from_states([0, 1]), plane())
     with pytest.raises(InputError, match="discrete"):

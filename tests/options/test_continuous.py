@@ -31,7 +31,7 @@ def plainly_valued(made: ContinuousOption, state, action) -> float:
     """Q, written out for one state and action."""
     x, goal, values, gamma = made.values.support, made.values.goals[0], made.values.values[:, 0], np.exp(-STEP)
     half = made.world.dynamics(state[None], action[None], STEP / 2)
-    end = made.world.dynamics(half, action[None], STEP / 2)[0]
+    end = made.world.dynamics(state[None], action[None], STEP)[0]
     inner = np.exp(-((x[:, None] - x[None]) ** 2).sum(-1) / (2 * 1.5**2)) + 0.1 * np.eye(len(x))
     outer = np.exp(-((end - x) ** 2).sum(-1) / (2 * 1.5**2))
     reward = np.mean([np.exp(-((at - goal) ** 2).sum() / (2 * 0.7**2)) for at in (half[0], end)])

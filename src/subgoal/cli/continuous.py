@@ -51,8 +51,9 @@ def learn_by_processes(
         print(f"warning: {WORTHLESS}", file=sys.stderr)
     candidates = candidate_places(pairs, unit, **(places or {"epsilon": RADIUS}))
     alone = EXCHANGEABLE_CONFIDENCE if dwell == 0 else DEFAULT_CONFIDENCE
+    told = getattr(dynamics, "__name__", dynamics)
     if not quiet:
-        print(f"{clock_told(demonstrations, file, reading)}; a pair every {step:g} {pairs.time_unit}; {dynamics!r}")
+        print(f"{clock_told(demonstrations, file, reading)}; a pair every {step:g} {pairs.time_unit}; {told}")
     likelihood = gp_actions(
         pairs, candidates, known, confidence=alone if table["confidence"] is None else table["confidence"], hold=hold,
         progress=progress_display("planning", quiet=quiet),
@@ -124,11 +125,13 @@ def _metric(pairs: Demonstrations, floor: list[float] | None, given: dict[str, A
 
 def _bounds(given: list[tuple[float, float]] | None, dynamics: Any, pairs: Demonstrations) -> Any:
     """As given, as the dynamics name them, or the range of the recorded actions."""
-    actions = np.asarray(pairs.actions, float)
+    from subgoal.irl.gpsrl import bounds_of
+
     if given is None:
-        return getattr(dynamics, "bounds", None) or (actions.min(axis=0), actions.max(axis=0))
-    if len(given) != actions.shape[1]:
-        raise InputError("--action-bounds", found=f"{len(given)} intervals", wanted=f"{actions.shape[1]}")
+        return bounds_of(pairs, dynamics)
+    k = np.asarray(pairs.actions).shape[-1]
+    if len(given) != k:
+        raise InputError("--action-bounds", found=f"{len(given)} intervals", wanted=f"{k}")
     return np.array(given, float).T
 
 

@@ -59,3 +59,7 @@ def main() -> None:
         command = commands.get(next(iter(sys.argv[1:]), ""), learn)
         print(f"subgoal: {as_typed(str(problem), command, learn)}", file=sys.stderr)
         sys.exit(BAD_INPUT)
+
+
+if __name__ == "__main__":
+    main()

@@ -60,13 +60,16 @@ def time_step(demonstrations: Demonstrations) -> float:
     """The time between two pairs of a trajectory. Raises ``InputError`` where it is not known or not the same."""
     if demonstrations.times is None:
         raise InputError(
-            "demonstrations", found="no times", wanted="the time of each pair", hint="say how long a step is"
+            "demonstrations",
+            found="no times",
+            wanted="the time of each pair",
+            hint="times of the demonstrations, or a ContinuousWorld with its step",
         )
     together = np.diff(demonstrations.trajectory) == 0
     steps = np.diff(demonstrations.times)[together]
     if not steps.size:
         raise InputError("demonstrations", found="one pair in each trajectory", wanted="some trajectory with two",
-                         hint="say how long a step is")  # fmt: skip
+                         hint="times of the demonstrations, or a ContinuousWorld with its step")  # fmt: skip
     typical = float(np.median(steps))
     worst = float(np.abs(steps - typical).max())
     if not worst <= UNEVEN * typical:

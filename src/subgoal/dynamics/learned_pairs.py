@@ -73,6 +73,7 @@ def transitions(demonstrations: Demonstrations, step: Any, metric: Metric) -> Tr
         raise InputError("demonstrations", found=found, wanted=f"at least {least}", hint=hint)
     total = np.concatenate([np.zeros((1, actions.shape[1])), np.cumsum(actions, axis=0)])
     mean = actions[row] if every == 1 else (total[row + every] - total[row]) / every
+    _check_changes("actions", mean)
     change = np.array(metric.difference(states[row], states[row + every])) / metric.weights
     return Transitions(states[row], mean, change, row, every, trajectory[row], every * own)
 

@@ -45,7 +45,7 @@ def checked_dynamics(dynamics: Dynamics, states: Any, actions: Any, duration: fl
     states, actions = paired(states, actions)
     duration = positive("duration", duration)
     answer = np.asarray(dynamics(states, actions, duration))
-    if answer.shape != states.shape or answer.dtype.kind not in "fiu":
+    if answer.shape != states.shape or answer.dtype.kind != "f":
         found = f"an answer of shape {answer.shape} and kind {answer.dtype}"
         hint = "return one row of floats for each state, its dimensions in the same order"
         raise InputError("dynamics", found=found, wanted=f"floats of shape {states.shape}, as the states", hint=hint)

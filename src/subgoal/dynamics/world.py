@@ -93,12 +93,11 @@ class ContinuousWorld:
         return self._passed(states, actions)[-1]
 
     def _passed(self, states: Floats, actions: Floats) -> list[Floats]:
-        """The states at the ``points`` moments of a step."""
-        at, passed = states, []
-        for _ in range(self.points):
-            at = checked_dynamics(self.dynamics, at, actions, self.step / self.points)
-            passed.append(at)
-        return passed
+        """The states at the ``points`` moments of a step, each from its beginning: what was learned of whole steps is
+        not put together from parts of one.
+        """
+        moments = self.step * np.arange(1, self.points + 1) / self.points
+        return [checked_dynamics(self.dynamics, states, actions, float(moment)) for moment in moments]
 
     def ahead(self, states: Floats, actions: Floats, metric: Metric) -> Ahead:
         """Where each action (B, k) leads from its state (B, d), in coordinates of the metric."""

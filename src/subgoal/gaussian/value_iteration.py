@@ -21,7 +21,7 @@ from subgoal.runtime.interrupt import Interrupt
 from subgoal.runtime.progress import Progress, Silent
 
 TOLERANCE = 1e-4
-MOST_SWEEPS = 150
+MOST_SWEEPS = 500
 BLOCK = 2**18
 """Action values worked on at once in main memory, so that they stay in the cache."""
 BLOWN_UP = 1e6
@@ -34,7 +34,7 @@ class IterationStatus(enum.Enum):
     CONVERGED = "converged: values change by less than the tolerance"
     LIMIT = (
         "NOT CONVERGED: values still change after the last sweep. Try: a larger noise of the smoother, a longer step, "
-        "more sweeps, or Averager()"
+        "more sweeps (most_sweeps), a shorter horizon, or Averager()"
     )
     STOPPED = "STOPPED: interrupted before values had settled"
     DIVERGED = "DIVERGED: values grow without bound. Try: a larger noise of the smoother, bounds, or Averager()"

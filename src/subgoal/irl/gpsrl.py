@@ -9,13 +9,14 @@ import numpy as np
 
 from subgoal.candidates.places import epsilon_net
 from subgoal.candidates.record import Candidates
-from subgoal.demonstrations.held import time_step
+from subgoal.demonstrations.held import UNEVEN, time_step
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.dynamics.protocol import Dynamics
 from subgoal.dynamics.world import ContinuousWorld
 from subgoal.gaussian.coordinates import spread_metric
 from subgoal.gaussian.smoothers import Smoother
+from subgoal.gaussian.value_iteration import MOST_SWEEPS
 from subgoal.likelihood.gp_actions import DEFAULT_CONFIDENCE, GAUSSIAN, WIDTH, gp_actions
 from subgoal.partition.annealed import annealed
 from subgoal.partition.persistence import Persistent
@@ -46,6 +47,8 @@ def gpsrl(
     smoother: Smoother = GAUSSIAN,
     width: float = WIDTH,
     hold: float | None = None,
+    refinements: int = 0,
+    most_sweeps: int = MOST_SWEEPS,
     planning_progress: Progress | None = None,
     **sampling: Any,
 ) -> Posterior:
@@ -78,7 +81,7 @@ def gpsrl(
         Mean time for which a subgoal is kept, in the unit of the step: 20 steps by default. 0: pairs are exchangeable,
         as in the thesis, and their order says nothing; chains are then ``annealed``, unless a sampler is given, since
         from one cluster they would not get anywhere.
-    smoother, width, hold:
+    smoother, width, hold, refinements, most_sweeps:
         As in ``gp_actions``.
     sampling:
         Settings of ``sample``: chains, draws, warmup, thin, seed, model, sampler, workers and so on.
@@ -87,7 +90,7 @@ def gpsrl(
     ------
     What ``gp_actions`` and ``sample`` raise; ``InputError`` for a dimension that never changes.
     """
-    step = world.step if isinstance(world, ContinuousWorld) else time_step(demonstrations)
+    step = _step(demonstrations, world)
     known = continuous_world(demonstrations, world, step, bounds)
     if candidates is None:
         states = np.asarray(demonstrations.states)
@@ -98,7 +101,7 @@ def gpsrl(
         confidence = EXCHANGEABLE_CONFIDENCE if dwell == 0 else DEFAULT_CONFIDENCE
     likelihood = gp_actions(
         demonstrations, candidates, known, confidence=confidence, support=support, smoother=smoother, width=width,
-        hold=hold, progress=planning_progress,
+        hold=hold, refinements=refinements, most_sweeps=most_sweeps, progress=planning_progress,
     )  # fmt: skip
     return sample(likelihood, concentration=concentration, **(lasting(step, dwell, sampling) | sampling))
 
@@ -113,6 +116,18 @@ def lasting(step: float, dwell: float | None, given: Any = ()) -> dict[str, Any]
     return {"model": Persistent(keep=math.exp(-step / kept))}
 
 
+def _step(demonstrations: Demonstrations, world: ContinuousWorld | Dynamics) -> float:
+    """Of the world; the times of the demonstrations, where there are any, must be as far apart."""
+    if not isinstance(world, ContinuousWorld):
+        return time_step(demonstrations)
+    if demonstrations.times is not None and (np.diff(demonstrations.offset) > 1).any():
+        own = time_step(demonstrations)
+        if not abs(own - world.step) <= UNEVEN * world.step:
+            raise InputError("world.step", found=world.step, wanted=f"{own:g}, the time between two pairs",
+                             hint="hold_actions(demonstrations, k), or a world with that step")  # fmt: skip
+    return world.step
+
+
 def continuous_world(
     demonstrations: Demonstrations, world: ContinuousWorld | Dynamics, step: float, bounds: tuple[Any, Any] | None
 ) -> ContinuousWorld:
@@ -121,9 +136,26 @@ def continuous_world(
         if bounds is not None:
             raise InputError("bounds", found="given", wanted="None beside a ContinuousWorld, which has some")
         return world
-    if bounds is None:
-        bounds = getattr(world, "bounds", None)
-    if bounds is None:
-        actions = np.asarray(demonstrations.actions, float)
-        bounds = actions.min(axis=0), actions.max(axis=0)
-    return ContinuousWorld(world, *bounds, step=step)
+    return ContinuousWorld(world, *(bounds_of(demonstrations, world) if bounds is None else bounds), step=step)
+
+
+def bounds_of(demonstrations: Demonstrations, dynamics: Dynamics) -> tuple[Any, Any]:
+    """Least and most of each action: as the dynamics name them, or the range of the demonstrated ones.
+
+    Raises ``InputError`` for codes of discrete actions and for actions that never change.
+    """
+    named = getattr(dynamics, "bounds", None)
+    if named is not None:
+        low, high = named
+        return low, high
+    actions = np.asarray(demonstrations.actions)
+    if actions.ndim != 2:
+        raise InputError("actions", found="codes of discrete actions", wanted="numbers (N, k)",
+                         hint="demonstrations whose actions are floats, if their size means something")  # fmt: skip
+    low, high = actions.min(axis=0), actions.max(axis=0)
+    if not (low < high).all():
+        k = int(np.argmin(low < high))
+        hint = "leave it out, or bounds= of what could have been done"
+        raise InputError("actions", where=f"dimension {k}", found=f"{low[k]:g} throughout",
+                         wanted="actions that change", hint=hint)  # fmt: skip
+    return low, high

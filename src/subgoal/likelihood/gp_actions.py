@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from subgoal.candidates.record import Candidates
+from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.dynamics.planning import plan_world
 from subgoal.dynamics.world import ContinuousWorld
@@ -20,7 +21,7 @@ from subgoal.likelihood.gp_values import GaussianProcessValues, checked_pairs
 from subgoal.likelihood.table import DENSE_ENTRIES, LogLikelihood
 from subgoal.mdp.planners.outcome import PlanningWarning
 from subgoal.runtime.checks import Floats
-from subgoal.runtime.errors import InputError, StoppedError
+from subgoal.runtime.errors import InputError, PlanningError, StoppedError
 from subgoal.runtime.progress import Progress
 
 DEFAULT_CONFIDENCE = 15.0
@@ -45,6 +46,7 @@ def gp_actions(
     refinements: int = 0,
     tolerance: float = TOLERANCE,
     most_sweeps: int = MOST_SWEEPS,
+    allow_unconverged: bool = False,
     dense_entries: int = DENSE_ENTRIES,
     place: Callable[[Floats], Any] = np.asarray,
     progress: Progress | None = None,
@@ -79,13 +81,10 @@ def gp_actions(
     place:
         Takes NumPy arrays to those of the library that is to plan, by the array API standard, such as
         ``lambda array: torch.asarray(array, device="cuda")``. What follows planning runs in main memory.
+    allow_unconverged:
+        Go on, with a ``PlanningWarning``, where values still change after the last sweep.
     dense_entries:
         Above this N·G the table is computed in tiles and never held whole; the draws are the same.
-
-    Warns
-    -----
-    PlanningWarning
-        Values still change after the last sweep.
 
     Raises
     ------
@@ -94,10 +93,14 @@ def gp_actions(
         states than dimensions, no candidate that can be held.
     StoppedError
         Ctrl-C while planning.
+    PlanningError
+        Values still change after the last sweep.
     BudgetError
         Weights and rewards would need more than 4 GiB.
     """
     states, actions = _checked(demonstrations, candidates, world)
+    if hold is not None and not 0 <= hold <= 1:
+        raise InputError("hold", found=hold, wanted="a share of the future, 0 to 1")
     metric = candidates.metric
     base = (candidates if support is None else support).points
     if len(base) <= states.shape[1]:
@@ -106,12 +109,18 @@ def gp_actions(
             wanted="more states than dimensions",
             hint="a smaller radius, or a longer recording",
         )  # fmt: skip
+    _refuse_idle(world, base, metric)
     plan = plan_world(
         world, metric, base, candidates.points, smoother=smoother, width=width, refinements=refinements,
         tolerance=tolerance, most_sweeps=most_sweeps, place=place, progress=progress,
     )  # fmt: skip
     if plan.status is IterationStatus.STOPPED:
         raise StoppedError(f"stopped after {plan.residuals.size} sweeps of planning: there is no likelihood yet")
+    if plan.status is not IterationStatus.CONVERGED:
+        said = f"{plan.status.value} (residual {plan.residual:.1e} after {plan.residuals.size} sweeps)"
+        if not allow_unconverged:
+            raise PlanningError(said)
+        warnings.warn(said, PlanningWarning, stacklevel=2)
     share = held_share(plan, candidates.points, world, metric)
     least = HOLD.get(type(smoother), 0.0) if hold is None else hold
     kept = share >= least
@@ -124,12 +133,19 @@ def gp_actions(
         candidates.some(kept),
         ~(metric.distance(states[:, None], base[None]) < 1e-9).any(axis=1),
     )  # fmt: skip
-    if plan.status is not IterationStatus.CONVERGED:
-        warnings.warn(f"{plan.status.value} (residual {plan.residual:.1e})", PlanningWarning, stacklevel=2)
     noted = demonstrations.source.noting(candidates_dropped_that_cannot_be_held=int((~kept).sum()))
     return LogLikelihood(
         source, confidence, source.candidates, replace(demonstrations, source=noted), dense_entries
     )  # fmt: skip
+
+
+def _refuse_idle(world: ContinuousWorld, states: Floats, metric: Metric) -> None:
+    """Raise ``InputError`` for a world in which it makes no difference what is done."""
+    some = states[:TOGETHER]
+    after = world.ahead_of_tests(some, metric).points[-1].reshape(len(some), len(world.test_actions), -1)
+    if not np.ptp(after, axis=1).max() > 1e-9 * (1 + np.abs(after).max()):
+        raise InputError("dynamics", found="the same next state whatever is done", wanted="actions that do something",
+                         hint="look at the order of states and actions in the function, or wider bounds")  # fmt: skip
 
 
 def held_share(plan: GoalValues, points: Floats, world: ContinuousWorld, metric: Any) -> Floats:

@@ -45,7 +45,7 @@ def checked_pairs(demonstrations: Any, dimension: int, world: ContinuousWorld) -
 class TestedValues:
     """Values of the actions taken (N,) and of the test actions (N, m), for each observation's candidate.
 
-    ``off`` (N, k) is by how much the action taken differs from each test action's mean, see ``score``.
+    ``actions`` (N, k) and ``tests`` (m, k) are those actions in units of their range.
     """
 
     taken: Floats
@@ -161,10 +161,10 @@ class GaussianProcessValues:
         tested = np.concatenate(
             [np.take_along_axis(self.tested(a, b), theta[a:b, None, None], axis=2)[:, :, 0] for a, b in self._blocks()]
         )
-        half = self.world.high - self.world.low
+        span = self.world.high - self.world.low
         return TestedValues(
             np.take_along_axis(self.taken, theta[:, None], axis=1)[:, 0], tested, self.world.log_volume,
-            self.action / half, self.world.test_actions / half,
+            self.action / span, self.world.test_actions / span,
         )  # fmt: skip
 
     def log_marginal(self, start: int, stop: int, confidence: float, log_prior: Floats) -> None:
@@ -183,12 +183,14 @@ class GaussianProcessValues:
         """Which planner was used and how far from a fixed point it is, in words."""
         plan = self.plan
         held = self.bellman_residuals()
-        at = f"; Bellman residual at {held.shape[0]} other states: mean {held.mean():.1e}, largest {held.max():.1e}"
+        at = ""
+        if held.size:
+            at = f"; Bellman residual at {held.shape[0]} other states: mean {held.mean():.1e}, largest {held.max():.1e}"
         proof = "a contraction" if plan.smoother.contracts else f"gain of the smoother {plan.gain:.2g}, so not proved"
         return (
             f"Gaussian-process dynamic programming on {plan.values.shape[0]} support states: {plan.status.value}; "
             f"{plan.residuals.size} sweeps, residual {plan.residual:.1e} ({proof})"
-            f"{at if held.size else ''}; {self.world!r}"
+            f"{at}; {self.world!r}"
         )
 
     def bellman_residuals(self) -> Floats:
