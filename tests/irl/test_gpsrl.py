@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import subgoal
-from subgoal.continuous import ContinuousWorld
-from subgoal.runtime.errors import InputError
+from subgoal.continuous import Averager, ContinuousWorld, GaussianSmoother, action_grid
+from subgoal.options import option
+from subgoal.runtime.errors import InputError, StorageError
 from tests.likelihood.point_mass import HIGH, LOW, STEP, plane, push, there_and_back
 
 DEMOS, LABELS, CORNERS = there_and_back()
@@ -84,6 +85,29 @@ def test_a_saved_posterior_says_how_it_was_planned(tmp_path):
     found = subgoal.gpsrl(DEMOS, plane(), seed=1, **FAST)
     subgoal.save(found, tmp_path / "found.npz")
     assert subgoal.load(tmp_path / "found.npz").settings.planner == found.settings.planner
+
+
+@pytest.mark.parametrize("smoother", [GaussianSmoother(), Averager()])
+def test_a_saved_posterior_with_its_world_acts_as_before(tmp_path, smoother):
+    """Nothing is planned again: the value functions are in the file."""
+    found = subgoal.gpsrl(DEMOS, plane(), smoother=smoother, seed=1, **FAST)
+    subgoal.save(found, tmp_path / "found.npz")
+    again = subgoal.load(tmp_path / "found.npz", mdp=plane())
+    assert again.likelihood.planner == found.likelihood.planner
+    np.testing.assert_array_equal(again.likelihood.dense, found.likelihood.dense)
+    at = np.array([[1.0, 1.0], [2.5, 0.5]])
+    skills = [option(each, 2) for each in (found, again)]
+    np.testing.assert_array_equal(skills[0].policy(at), skills[1].policy(at))
+    assert subgoal.report(again, tmp_path / "again.html").exists()
+
+
+def test_another_world_or_none_is_said(tmp_path):
+    found = subgoal.gpsrl(DEMOS, plane(), seed=1, **FAST)
+    subgoal.save(found, tmp_path / "found.npz")
+    with pytest.raises(StorageError, match="another world"):
+        subgoal.load(tmp_path / "found.npz", mdp=plane(test_actions=action_grid(LOW, HIGH, 5)))
+    with pytest.raises(InputError, match="mdp=ContinuousWorld"):
+        option(subgoal.load(tmp_path / "found.npz"), 2)
 
 
 def test_bad_input_is_refused():

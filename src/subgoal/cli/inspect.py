@@ -17,6 +17,7 @@ def inspect(
     quiet: o.Quiet = False,
     format: o.Format = None,
     position: o.Position = None,
+    action: o.Action = None,
     time: o.Time = None,
     trajectory: o.Trajectory = None,
     group: o.Group = None,
@@ -52,8 +53,8 @@ def inspect(
     from subgoal.plots.recording import plot_recording
 
     reading = o.given(
-        format=format, position=o.words(position), time=time, trajectory=trajectory, group=group,
-        time_scale=time_scale, scale=scale, units=units, clock=clock, likelihood=likelihood,
+        format=format, position=o.words(position), action=o.words(action), time=time, trajectory=trajectory,
+        group=group, time_scale=time_scale, scale=scale, units=units, clock=clock, likelihood=likelihood,
         min_likelihood=min_likelihood, bodypart=bodypart, rate=rate, max_gap=max_gap, separator=separator,
         decimal=decimal, topic=topic, frame=frame, pose=pose or None, plane=plane, twist=twist or None,
     )  # fmt: skip

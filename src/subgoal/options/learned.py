@@ -30,6 +30,9 @@ def option(posterior: Posterior, candidate: int, *, begin: str = "anywhere") -> 
     Its policy is optimal for the candidate's reward (6.5), and it ends at the candidate (6.6). Raises ``InputError``
     for a candidate that does not exist or a posterior whose actions were not planned.
     """
+    if posterior.likelihood is None and posterior.settings.likelihood == GaussianProcessValues.kind:
+        raise InputError("posterior", found="no world: it was loaded without", wanted="one with its continuous world",
+                         hint="subgoal.load(path, mdp=ContinuousWorld(dynamics, low, high, step))")  # fmt: skip
     source = None if posterior.likelihood is None else posterior.likelihood.source
     make = continuous.option if isinstance(source, GaussianProcessValues) else tabular.option
     return make(posterior, candidate, begin=begin)

@@ -13,7 +13,9 @@ from scipy import sparse
 from subgoal.candidates import Candidates
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations, Source
+from subgoal.dynamics.world import ContinuousWorld
 from subgoal.likelihood.action_comparison import action_comparison
+from subgoal.likelihood.gp_values import GaussianProcessValues
 from subgoal.likelihood.planned_actions import DEFAULT_CONFIDENCE, planned_actions
 from subgoal.likelihood.source import Levels
 from subgoal.likelihood.table import LogLikelihood
@@ -22,6 +24,7 @@ from subgoal.mdp.planners.subgoal_plan import Convention
 from subgoal.mdp.tabular import TabularMDP
 from subgoal.posterior.checksum import checksum_of
 from subgoal.posterior.diagnostics import Diagnostic, Status
+from subgoal.posterior.kept_values import kept_values, values_in
 from subgoal.posterior.posterior import CountDraws, Posterior, Settings
 from subgoal.runtime.errors import StorageError
 from subgoal.storage.archive import read_archive, write_archive
@@ -72,18 +75,26 @@ def save(posterior: Posterior, path: str | Path) -> Path:
         "time_unit": demos.time_unit, "source": asdict(demos.source), "groups": demos.groups,
         "candidate_names": candidates.names, "radius": candidates.radius, "weight_settled": posterior.weight_settled,
     }  # fmt: skip
+    source = None if posterior.likelihood is None else posterior.likelihood.source
+    if isinstance(source, GaussianProcessValues):
+        said, values = kept_values(source)
+        header, arrays = header | said, arrays | values
     path = Path(path)
     write_archive(path, KIND, header, arrays, keep_previous=False)
     return path
 
 
 def load(
-    path: str | Path, *, mdp: TabularMDP | LocalWorld | None = None, convention: Convention = "continuing"
+    path: str | Path,
+    *,
+    mdp: TabularMDP | LocalWorld | ContinuousWorld | None = None,
+    convention: Convention = "continuing",
 ) -> Posterior:
     """Read a posterior that ``save`` wrote.
 
     The likelihood is made again when it compares directions; when actions were planned, if the world ``mdp`` and the
-    goal ``convention`` are given again; otherwise ``Posterior.likelihood`` is None.
+    goal ``convention`` are given again; otherwise ``Posterior.likelihood`` is None. Value functions of a continuous
+    world are in the file: with the ``ContinuousWorld`` beside them nothing is planned again, and options can be made.
     Raises ``StorageError`` for a torn, foreign or newer file, and for another world than that of the posterior.
     """
     header, arrays = read_archive(Path(path), KIND)
@@ -94,6 +105,10 @@ def load(
                            wanted="all fields of a posterior") from None  # fmt: skip
     if mdp is None:
         return posterior
+    if isinstance(mdp, ContinuousWorld):
+        source = values_in(header, arrays, posterior.demonstrations, posterior.candidates, mdp)
+        table = LogLikelihood(source, 1.0, posterior.candidates, posterior.demonstrations)
+        return _same(posterior, _Noise.read(arrays, posterior.settings).given_to(table))
     return _planned_again(posterior, mdp, convention, _Noise.read(arrays, posterior.settings))
 
 
@@ -136,8 +151,12 @@ def _planned_again(
     fresh = planned_actions(
         posterior.demonstrations, posterior.candidates, mdp, convention=convention, confidence=level
     )
-    likelihood = noise.given_to(replace(fresh, demonstrations=posterior.demonstrations))
-    if checksum_of(likelihood) != settings.data:
+    return _same(posterior, noise.given_to(replace(fresh, demonstrations=posterior.demonstrations)))
+
+
+def _same(posterior: Posterior, likelihood: LogLikelihood) -> Posterior:
+    """The posterior with its likelihood, if it is that which it was sampled from."""
+    if checksum_of(likelihood) != posterior.settings.data:
         raise StorageError("mdp", found="another world, discount or convention", wanted="those of the posterior")
     return replace(posterior, likelihood=likelihood)
 
