@@ -165,6 +165,7 @@ def _drivers(axes: Axes, noises: Floats, told: list[Any], rank: float) -> None:
                               arrowprops={"arrowstyle": "->", "color": PALETTE[k], "lw": 1})  # fmt: skip
     axes.set(xscale="log", yscale="log", xlabel="noise of the driver", ylabel="confidence α (nats per whole future)",
              title=f"One right turn, held for 30 s: rank correlation {rank:.2f} at worst; bars 90 %")  # fmt: skip
+    axes.set_ylim(8, 500)
     axes.set_xticks([0.7, 1, 1.5, 2, 3, 4], ["0.7", "1", "1.5", "2", "3", "4"])
     axes.minorticks_off()
     axes.text(0.02, 0.04, "arrow: no upper end, test actions are too far apart", transform=axes.transAxes, color=GREY)
