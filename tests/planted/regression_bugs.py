@@ -6,6 +6,7 @@ from tests.planted.bug import Bug
 
 REGRESSION, EVIDENCE = "gaussian/regression.py", "gaussian/evidence.py"
 FACTOR, COVARIANCES = "gaussian/factor.py", "gaussian/covariances.py"
+FITTED = "gaussian/test_fitted.py"
 SPARSE, BOUND, INDUCING = "gaussian/sparse.py", "gaussian/evidence_bound.py", "gaussian/inducing.py"
 THINNING, THIN = "gaussian/trajectory_thinning.py", "gaussian/test_trajectory_thinning.py"
 NAIVE = THIN + "::test_rows_and_mean_against_the_naive_greedy_choice"
@@ -14,7 +15,7 @@ TEST, SLOPE, SPARSELY = (f"gaussian/test_{name}.py" for name in ("regression", "
 EXACT = TEST + "::test_mean_variance_weights_and_evidence_against_explicit_inverses"
 MERGED = TEST + "::test_repeated_points_that_agree_are_merged_without_noise_and_said_to_be"
 GRADIENT = SLOPE + "::test_gradient_is_that_of_central_differences"
-ONE_POINT = TEST + "::test_one_point_tells_no_length_and_the_one_given_stays"
+ONE_POINT = FITTED + "::test_one_point_tells_no_length_and_the_one_given_stays"
 INVERSES = SPARSELY + "::test_against_explicit_inverses"
 DENSE = SPARSELY + "::test_with_every_point_it_is_the_dense_form"
 RISING = SPARSELY + "::test_gradient_of_the_bound_is_that_of_central_differences"
@@ -48,17 +49,17 @@ REGRESSION_BUGS = [
     Bug("the noise has no logarithm in the gradient", COVARIANCES, "self.noise * np.eye(len(points))]",
         "np.eye(len(points))]", GRADIENT),
     Bug("all steps are taken", EVIDENCE, 'options={"maxiter": most_iterations}', 'options={"maxiter": 100}',
-        TEST + "::test_iterations_are_counted_and_running_out_of_them_is_told"),
+        FITTED + "::test_iterations_are_counted_and_running_out_of_them_is_told"),
     Bug("a restart changes a length that no point tells", EVIDENCE, "np.where(silent & _blind(model, points)[0], start",
         "np.where(silent & False, start", ONE_POINT),
     Bug("what no point tells passes for found", EVIDENCE, "    if blind:\n", "    if False:\n", ONE_POINT),
     Bug("what points tell together passes for found", EVIDENCE, "silent | together, strict", "silent, strict",
-        TEST + "::test_one_point_does_not_tell_noise_from_the_function"),
+        FITTED + "::test_one_point_does_not_tell_noise_from_the_function"),
     Bug("a bound passes for a maximum", EVIDENCE, "Fitted.AT_BOUND if on_bound else", "Fitted.AT_BOUND if False else",
-        TEST + "::test_a_value_on_its_bound_is_told"),
+        FITTED + "::test_a_value_on_its_bound_is_told"),
     Bug("restarts are not drawn", EVIDENCE, "for x in (np.clip(start, low, high), *drawn)",
         "for x in (np.clip(start, low, high), *drawn[:0])",
-        TEST + "::test_restarts_find_a_better_length_and_the_same_seed_the_same"),
+        FITTED + "::test_restarts_find_a_better_length_and_the_same_seed_the_same"),
     Bug("what is lost is not told", BOUND, "(quadratic + volume + self.lost)", "(quadratic + volume)", INVERSES),
     Bug("what is lost counts double", BOUND, "(quadratic + volume + self.lost)", "(quadratic + volume + 2 * self.lost)",
         INVERSES),
