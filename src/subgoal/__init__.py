@@ -63,6 +63,9 @@ _ROOMS = {
     "single_reward": "single_reward",
     "sharded": "sharded",
     "options": "options",
+    "flight": "flight",
+    "streaming": "streaming",
+    "teach": "teach",
     "checks": "checks",
 }
 """Public modules, for what is needed now and then."""

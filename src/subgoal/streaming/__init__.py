@@ -1,0 +1,1 @@
+"""Learning while a recording is still going on: subgoals after every point."""
