@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
@@ -39,7 +39,13 @@ def test_rows_and_mean_against_the_naive_greedy_choice() -> None:
     assert thinned.noise == 0.01 and 2 < len(rows) < 40
 
 
+def test_of_what_does_not_change_the_first_and_the_last_are_kept() -> None:
+    thinned = thin_by_regression(TIMES, np.full((len(TIMES), 2), 3.0), 0.1)
+    assert thinned.rows.tolist() == [0, len(TIMES) - 1]
+
+
 @settings(max_examples=40, deadline=None)
+@example(3, 0.5, 40)
 @given(st.integers(0, 2**32 - 1), st.floats(0.02, 0.5), st.integers(1, 40))
 def test_the_rest_is_reproduced_within_the_tolerance(seed, tolerance, n) -> None:
     generator = np.random.default_rng(seed)
