@@ -1,1 +1,5 @@
 """Learning while a recording is still going on: subgoals after every point."""
+
+from subgoal.streaming.stream import Stream, warm
+
+__all__ = ["Stream", "warm"]

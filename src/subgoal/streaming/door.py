@@ -1,0 +1,80 @@
+"""What a stream is made with and given, checked at its door."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from subgoal.demonstrations.metric import Metric
+from subgoal.likelihood.action_comparison import MOST_SPAN
+from subgoal.likelihood.table import MOST_CONFIDENCE
+from subgoal.runtime.checks import Floats, positive, real_array, whole
+from subgoal.runtime.errors import InputError
+from subgoal.streaming.track import Track
+
+MOST_AT_ONCE = 1000
+"""A gap in which more samples than this would be made up is taken for the end of a trajectory, or a wrong unit."""
+
+
+def checked_sample(time: Any, place: Any, track: Track, metric: Metric, names: Sequence[str]) -> tuple[float, Floats]:
+    """A time after the last of the track, and a place (d,) whose velocity is a number."""
+    when = float(real_array("time", time, ndim=0))
+    where = np.atleast_1d(real_array("place", place, ndim=(0, 1)))
+    d = metric.dimension
+    if where.size != d:
+        raise InputError("place", found=f"{where.size} numbers", wanted=f"{d}, for {', '.join(names)}")
+    far = np.abs(where * metric.weights) < MOST_SPAN
+    if not far.all():
+        raise InputError("place", found=where[int(np.argmin(far))], wanted=f"numbers below {MOST_SPAN:g}",
+                         hint="other units")  # fmt: skip
+    if len(track):
+        _check_step(when, where, track, metric)
+    return when, where
+
+
+def _check_step(when: float, where: Floats, track: Track, metric: Metric) -> None:
+    before, at = track.last
+    if not when > before:
+        raise InputError("time", found=f"{when:.10g} after {before:.10g}", wanted="a later one",
+                         hint="leave the sample out, or lift() to begin another trajectory")  # fmt: skip
+    with np.errstate(over="ignore"):
+        speed = np.abs((where - at) * metric.weights / (when - before))
+    if not (speed < MOST_SPAN).all():
+        raise InputError("time", found=f"a step of {when - before:.3g}", wanted=f"speeds below {MOST_SPAN:g}")
+    if not track.steps_at(when) <= MOST_AT_ONCE:
+        raise InputError("time", found=f"a gap of {when - before:.6g}",
+                         wanted=f"at most {MOST_AT_ONCE} resampling times between two samples",
+                         hint="lift() before it, or check the unit of the times")  # fmt: skip
+
+
+def columns(dimension: Any, names: Sequence[str]) -> tuple[tuple[str, ...], int]:
+    """Names and number of the columns."""
+    if isinstance(names, str):
+        raise InputError("names", found=repr(names), wanted="a name for each column", hint=f"names=({names!r},)")
+    if dimension is None and not names:
+        raise InputError("dimension", found="none", wanted="a number of columns, or their names")
+    d = len(names) if dimension is None else whole("dimension", dimension)
+    if names and len(names) != d:
+        raise InputError("names", found=f"{len(names)}", wanted=f"{d}, one per column")
+    return tuple(names) or tuple(f"x{k}" for k in range(d)), d
+
+
+def flat(metric: Metric | None, dimension: int) -> Metric:
+    """The metric, Euclidean if none is given."""
+    metric = Metric.euclidean(dimension) if metric is None else metric
+    if metric.dimension != dimension:
+        raise InputError("metric", found=f"{metric.dimension} dimensions", wanted=f"{dimension}, as the places")
+    if np.isfinite(metric.period).any():
+        raise InputError("metric", found="a dimension that wraps", wanted="none in a stream",
+                         hint="subgoal.demonstrate(recording, period=...) when the recording is over")  # fmt: skip
+    return metric
+
+
+def checked_confidence(given: Any) -> float:
+    """A finite number above 0."""
+    number = positive("confidence", given)
+    if number > MOST_CONFIDENCE:
+        raise InputError("confidence", found=number, wanted=f"at most {MOST_CONFIDENCE:g}")
+    return number
