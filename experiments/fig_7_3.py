@@ -1,8 +1,8 @@
 """Figure 7-3: random hops between four corners; the subgoals are the four corners, whatever the order.
 
-40 to 100 hops along sides and diagonals, by a hand as in Figure 7-2. A seed is right when exactly four subgoals hold 5 %
-of the observations; how far they are from the corners is told beside. What was shown is flown for the first seed, in
-the order of the visits.
+40 to 100 hops along sides and diagonals, by a hand as in Figure 7-2. A seed is right when exactly four subgoals hold
+5 % of the observations; how far they are from the corners is told beside. The first hops are flown, in the order of the
+visits.
 """
 
 from __future__ import annotations

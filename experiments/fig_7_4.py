@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from experiments.common import INK, PALETTE, Headline, Options, run, sheet
 from experiments.hand_held import FLOOR, HALF_HEIGHT, HALF_WIDTH, flip
-from experiments.hand_held_picture import draw_flight, draw_misses, draw_subgoals
+from experiments.hand_held_picture import draw_flight, draw_subgoals
 from experiments.hand_held_study import QUICK_SEEDS, SEEDS, Flown, Learned, flown, learn, over_seeds, stages
 from subgoal.runtime.checks import Floats
 

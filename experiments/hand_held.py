@@ -134,5 +134,5 @@ def flip(seed: int, half_width: float = HALF_WIDTH, half_height: float = HALF_HE
     """
     turned = np.linspace(0.0, TURN, 20_000)
     ellipse = np.stack([half_width * np.sin(turned), half_height * (1 - np.cos(turned))], axis=1)
-    path, share = walked(ellipse + [0.0, FLOOR], hand)
+    path, share = walked(ellipse + np.array([0.0, FLOOR]), hand)
     return recorded(path, TURN * share, seed, hand, name="hand-held flip")

@@ -1,8 +1,8 @@
 """Recorded, not simulated: a Kinect moved by hand to and fro along three axes (TUM RGB-D, freiburg1_xyz).
 
-The hand turns back 16 times, at six places. Everything is the default of the library, at 20 Hz; nothing says where a turn
-is. A seed is right when each of the six places has a subgoal within 0.12 m and at most eight subgoals hold 5 % of the
-observations. What was shown is flown, turn by turn.
+The hand turns back 16 times, at six places. Everything is the default of the library, at 20 Hz; nothing says where a
+turn is. A seed is right when each of the six places has a subgoal within 0.12 m and at most eight subgoals hold 5 % of
+the observations. What was shown is flown, turn by turn.
 """
 
 from __future__ import annotations

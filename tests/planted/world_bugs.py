@@ -6,7 +6,7 @@ from tests.planted.bug import Bug
 
 PASSAGE, PLAN, GRID = "_kernels/first_passage.py", "mdp/planners/first_passage.py", "_kernels/grid_rows.py"
 SOFTMAX, PLANNED = "_kernels/softmax.py", "likelihood/planned_actions.py"
-PREDICT, SCORES = "answers/predictions.py", "answers/scores.py"
+PREDICT, SCORES, ORDER = "answers/predictions.py", "answers/scores.py", "answers/order.py"
 VALUES = "mdp/test_first_passage.py::test_values_are_those_of_policy_iteration[{}-0.99-{}]"
 CONTINUING, ABSORBING = VALUES.format({}, "continuing"), VALUES.format({}, "absorbing")
 SCORED = "answers/test_scores.py"
@@ -66,11 +66,11 @@ WORLDS = [
     Bug("the printed rule looks at the state", PREDICT, "score = (size[used] * policies[:, :, used]).sum(axis=1)",
         "score = (size[used] * policies[:, :, used]).max(axis=1)",
         "answers/test_predictions.py::test_the_printed_rule_takes_the_larger_cluster_where_the_smaller_is_surer"),
-    Bug("a stray pair makes a waypoint", PREDICT, "least = SEGMENT * _usual(segments)", "least = 0",
+    Bug("a stray pair makes a waypoint", ORDER, "least = SEGMENT * _usual(segments)", "least = 0",
         "answers/test_predictions.py::test_a_trajectory_with_nothing_but_a_stray_pair_has_no_say_in_the_order"),
-    Bug("all rounds make one waypoint", PREDICT, "missed >= max(_usual(runs), 1)", "missed == np.inf",
+    Bug("all rounds make one waypoint", ORDER, "missed >= max(_usual(runs), 1)", "missed == np.inf",
         "answers/test_predictions.py::test_neither_stray_pairs_nor_rounds_change_the_order_of_waypoints"),
-    Bug("a waypoint stands where it is first served", PREDICT, "np.median(segments[k])", "segments[k][0]",
+    Bug("a waypoint stands where it is first served", ORDER, "np.median(segments[k])", "segments[k][0]",
         "answers/test_predictions.py::test_neither_stray_pairs_nor_rounds_change_the_order_of_waypoints"),
     Bug("bandwidths are compared by probabilities that are zero", PREDICT, "logsumexp(taken[block], b=weights, axis=1)",
         "np.log((weights * np.exp(taken[block])).sum(axis=1))",

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.special import log_softmax, logsumexp
 
+from subgoal.answers.order import first_served
 from subgoal.answers.subgoals import LISTED_FROM
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.planned_actions import PlannedActions
@@ -21,8 +22,6 @@ BANDWIDTHS = 12
 """Bandwidths tried between half the smallest and the largest distance of two observed places."""
 MOST_TRIED = 1_000
 """Observations, evenly spread, on which bandwidths are tried."""
-SEGMENT = 1 / 3
-"""Of the observations of a usual segment, what makes it one and no stray."""
 MOST_DISTANCES = 2**22
 """Distances that are held at a time."""
 
@@ -98,39 +97,11 @@ def predict_waypoints(
 
 
 def waypoints(posterior: Posterior) -> Ints:
-    """Candidates with at least 1 % of the observations, in the order in which the best draw first serves them.
-
-    A candidate is first served at the median step of its first segment in a trajectory, so that neither stray pairs nor
-    later rounds count. A segment ends where others are served for as long as a usual run of its candidate, one that the
-    median of its observations is in; it holds more than a third of the observations of a usual segment. The order is
-    that of the median over the trajectories that have such a segment; unused ones come last, by falling share.
-    """
-    demos, theta, shares = posterior.demonstrations, posterior.best_assignment, posterior.expected_shares
+    """Candidates with at least 1 % of the observations, in the order in which the best draw ``first_served`` them."""
+    shares = posterior.expected_shares
     listed = np.flatnonzero(shares >= LISTED_FROM)
     listed = listed if listed.size else np.array([int(np.argmax(shares))])
-    step = np.arange(demos.n_observations) - demos.offset[:-1][demos.trajectory]
-    served = [_first_served(step[own], demos.trajectory[own]) for own in (np.flatnonzero(theta == g) for g in listed)]
-    return np.asarray(listed[np.lexsort((-shares[listed], np.array(served)))])
-
-
-def _first_served(step: Ints, trajectory: Ints) -> float:
-    """Median over trajectories of the median step of the first segment, from steps (n,) in order; ∞ for none."""
-    if not step.size:
-        return np.inf
-    missed = np.where(np.diff(trajectory) > 0, np.inf, np.diff(step) - 1)
-    runs = np.split(step, np.flatnonzero(missed > 0) + 1)
-    begin = np.append(0, np.flatnonzero(missed >= max(_usual(runs), 1)) + 1)
-    segments = np.split(step, begin[1:])
-    least = SEGMENT * _usual(segments)
-    long = np.flatnonzero([each.size > least for each in segments])
-    _, first = np.unique(trajectory[begin[long]], return_index=True)
-    return float(np.median([np.median(segments[k]) for k in long[first]]))
-
-
-def _usual(pieces: list[Ints]) -> float:
-    """Half of the observations are in pieces at least this long."""
-    sizes = np.array([each.size for each in pieces])
-    return float(np.median(np.repeat(sizes, sizes)))
+    return first_served(posterior.demonstrations, posterior.best_assignment, listed, shares[listed])
 
 
 def best_bandwidth(posterior: Posterior) -> float:

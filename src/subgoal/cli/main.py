@@ -1,4 +1,4 @@
-"""The command ``subgoal``: learn, inspect, compare, report, demo."""
+"""The command ``subgoal``: learn, inspect, compare, report, teach, demo."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from subgoal.cli.demo import demo
 from subgoal.cli.inspect import inspect
 from subgoal.cli.learn import learn
 from subgoal.cli.report import report
+from subgoal.cli.teach import teach
 from subgoal.cli.wording import as_typed
 from subgoal.runtime.errors import StoppedError, SubgoalError
 from subgoal.runtime.version import VERSION
@@ -43,8 +44,8 @@ def common(
     """Find the goals behind recorded movement, which part serves which, and how sure that is."""
 
 
-for command in (learn, inspect, compare, report, demo):
-    app.command(no_args_is_help=command is not demo)(command)
+for command in (learn, inspect, compare, report, teach, demo):
+    app.command(no_args_is_help=command not in (demo, teach))(command)
 
 
 def main() -> None:

@@ -25,10 +25,14 @@ def checked_sample(time: Any, place: Any, track: Track, metric: Metric, names: S
     d = metric.dimension
     if where.size != d:
         raise InputError("place", found=f"{where.size} numbers", wanted=f"{d}, for {', '.join(names)}")
-    far = np.abs(where * metric.weights) < MOST_SPAN
+    scale = np.maximum(metric.weights, 1.0)
+    far = np.abs(where * scale) < MOST_SPAN
     if not far.all():
         raise InputError("place", found=where[int(np.argmin(far))], wanted=f"numbers below {MOST_SPAN:g}",
                          hint="other units")  # fmt: skip
+    if not track.tells_apart(when):
+        raise InputError("time", found=f"{when:.10g}", wanted="a number that one step of resampling changes",
+                         hint="times from the beginning of the recording")  # fmt: skip
     if len(track):
         _check_step(when, where, track, metric)
     return when, where
@@ -40,7 +44,7 @@ def _check_step(when: float, where: Floats, track: Track, metric: Metric) -> Non
         raise InputError("time", found=f"{when:.10g} after {before:.10g}", wanted="a later one",
                          hint="leave the sample out, or lift() to begin another trajectory")  # fmt: skip
     with np.errstate(over="ignore"):
-        speed = np.abs((where - at) * metric.weights / (when - before))
+        speed = np.abs((where - at) * np.maximum(metric.weights, 1.0) / (when - before))
     if not (speed < MOST_SPAN).all():
         raise InputError("time", found=f"a step of {when - before:.3g}", wanted=f"speeds below {MOST_SPAN:g}")
     if not track.steps_at(when) <= MOST_AT_ONCE:

@@ -22,12 +22,12 @@ from subgoal.runtime.checks import Floats, positive, whole
 from subgoal.runtime.errors import InputError
 from subgoal.streaming.chains import KEPT, Chains
 from subgoal.streaming.door import checked_confidence, checked_sample, columns, flat
-from subgoal.streaming.draws import drawn, of_late
+from subgoal.streaming.draws import Target, drawn, of_late
 from subgoal.streaming.growing import Growing
 from subgoal.streaming.table import GrowingTable
 from subgoal.streaming.track import Pairs, Track
 
-DRAWS, WARMUP = 250, 50
+DRAWS, WARMUP, THIN = 500, 100, 2
 """Of ``posterior``: the chains are where the data have brought them."""
 
 
@@ -125,7 +125,8 @@ class Stream:
     def lift(self) -> int:
         """End the trajectory: its last pairs are final, its end is a candidate; returns the number of new pairs.
 
-        The next sample begins another. A trajectory of one sample is dropped, and counted.
+        The next sample begins another. A trajectory of one sample, or too short for one step of resampling, is
+        dropped, and counted.
         """
         known, track, self._track = self._at, self._track, self._new_track()
         whole_track = track.whole()
@@ -133,7 +134,7 @@ class Stream:
             return 0
         self._begun += 1
         if whole_track is None or whole_track.times is None:
-            self._source = self._source.noting(trajectories_of_one_sample_dropped=1)
+            self._source = self._source.noting(**{track.flaw: 1})
             return 0
         first = self._starts[-1]
         given = known - first
@@ -166,7 +167,7 @@ class Stream:
         self.rejuvenate(KEPT)
 
     def demonstrations(self) -> Demonstrations:
-        """All pairs so far; the trajectory that is going on is marked truncated.
+        """All pairs so far; the trajectory that is going on is marked truncated, and ends in its last pair.
 
         Of trajectories that are over these are the numbers of ``subgoal.demonstrate`` for the same samples.
         Raises ``InputError`` while there are none.
@@ -174,7 +175,7 @@ class Stream:
         if not self.n_pairs:
             raise InputError("stream", found="no pairs yet", wanted="at least one", hint="add more samples, or lift()")
         going_on = self._at > self._starts[-1]
-        ends = [*self._ends, self._track.last[1]] if going_on else self._ends
+        ends = [*self._ends, self._table.states[-1]] if going_on else self._ends
         return Demonstrations(
             states=self._table.states.copy(),
             actions=self._table.actions.copy(),
@@ -218,22 +219,27 @@ class Stream:
             return Segments((), np.full(self.n_pairs, OTHER), np.ones((self.n_pairs, 1)))
         return segments(self._of_late(), found)
 
-    def posterior(self, draws: int = DRAWS, *, warmup: int = WARMUP, thin: int = 1) -> Posterior:
+    def posterior(self, draws: int = DRAWS, *, warmup: int = WARMUP, thin: int = THIN) -> Posterior:
         """New draws of all chains from where they are: what ``subgoal.sample`` gives for ``likelihood()``.
 
         ``draws``, ``warmup`` and ``thin`` as there. Not converging does not raise: ``status`` says so and a
         ``ConvergenceWarning`` is given. Raises ``InputError`` while nothing has moved.
         """
         posterior = drawn(
-            self.likelihood(), self._concentration, self._chains, self._seed, draws=whole("draws", draws),
+            self._target, self._chains, self.likelihood(), draws=whole("draws", draws),
             warmup=whole("warmup", warmup, least=0), thin=whole("thin", thin),
         )  # fmt: skip
         if posterior.status is not Status.CONVERGED:
             warnings.warn(posterior.status.value, ConvergenceWarning, stacklevel=2)
         return posterior
 
+    @property
+    def _target(self) -> Target:
+        return Target(self._concentration, self.confidence, self._seed)
+
     def _of_late(self) -> Posterior:
-        return of_late(self.likelihood(), self._concentration, self._chains, self._seed)
+        table = self._table
+        return of_late(self._target, self._chains, self.demonstrations(), table.candidates, table.slow.copy())
 
     def _new_track(self) -> Track:
         return Track(self._metric.dimension, self._rate, self._window)

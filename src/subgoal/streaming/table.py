@@ -13,7 +13,7 @@ from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.action_comparison import SLOW
 from subgoal.likelihood.sources import Directions, Pace
 from subgoal.likelihood.table import LogLikelihood
-from subgoal.runtime.checks import Floats
+from subgoal.runtime.checks import Bools, Floats
 from subgoal.streaming.growing import Growing, with_room
 
 FIRST_ROOM = 256, 64
@@ -68,6 +68,11 @@ class GrowingTable:
     def actions(self) -> Floats:
         """(N, d)."""
         return self._actions.rows
+
+    @property
+    def slow(self) -> Bools:
+        """(N,) pairs that say nothing of a goal, by the median speed so far."""
+        return self._slow.rows
 
     def offer(self, place: Floats, *, is_end: bool = False) -> None:
         """Make (d,) a candidate if it is farther than the radius from all, an end if it is none already."""

@@ -44,6 +44,10 @@ class Track:
         """Time and place (d,) of the last sample."""
         return float(self._times.rows[-1]), self._places.rows[-1]
 
+    def tells_apart(self, time: float) -> bool:
+        """Whether times a step of resampling apart are different numbers there."""
+        return self._rate is None or 4 * np.spacing(abs(time)) <= 1 / self._rate
+
     def steps_at(self, time: float) -> float:
         """Resampling times that would lie between what is settled and ``time``."""
         return 0.0 if self._rate is None else (time - float(self._times.rows[0])) * self._rate - len(self._even[0])
@@ -75,9 +79,18 @@ class Track:
         self._given = stop
         return Pairs(times[start:stop], places[start:stop], velocities[start - first : stop - first])
 
-    def whole(self) -> Demonstrations | None:
-        """What ``demonstrate`` says of all samples, the last ones included; None for fewer than two."""
+    @property
+    def flaw(self) -> str:
+        """Why nothing can be made of the samples, as notes of a ``Source`` have it; empty where something can."""
         if len(self) < 2:
+            return "trajectories_of_one_sample_dropped"
+        times = self._times.rows
+        short = self._rate is not None and (times[-1] - times[0]) * self._rate <= ON_GRID
+        return "trajectories_too_short_to_resample_dropped" if short else ""
+
+    def whole(self) -> Demonstrations | None:
+        """What ``demonstrate`` says of all samples, the last ones included; None where there is a flaw."""
+        if self.flaw:
             return None
         names = tuple(f"x{k}" for k in range(self._places.rows.shape[1]))
         recording = Recording(self._places.rows, self._times.rows, np.array([0, len(self)]), names)
