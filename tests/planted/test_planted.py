@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests.planted.bugs import BUGS, Bug
+from tests.planted.process import ELSEWHERE, ROOT, run_tests
 
-ROOT = Path(__file__).parents[2]
 LEAST = 25
 LONGEST, LONGEST_OF_ALL = 300, 1200
 """Seconds after which a run is stopped, so that no bug runs on for ever; and the run of all named tests without one."""
@@ -42,31 +40,16 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package, with the loops that the named tests need compiled once in ``loops`` beside it."""
     folder = tmp_path_factory.mktemp("planted")
     shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
-    done = run_tests(folder, folder / "loops", *sorted({bug.test for bug in BUGS}), longest=LONGEST_OF_ALL)
-    assert done.returncode == 0, done.stdout[-3000:]
+    named = sorted({bug.test for bug in BUGS})
+    done = run_tests(folder, folder / "loops", folder / "log", *named, longest=LONGEST_OF_ALL)
+    assert done.status == 0, done.printed[-3000:]
     return folder
 
 
-def run_tests(
-    folder: Path, loops: Path, *tests: str, longest: int = LONGEST, **environment: str
-) -> subprocess.CompletedProcess[str]:
-    """pytest on the copy, in a process of its own; ``loops`` keeps what is compiled."""
-    paths = {"PYTHONPATH": str(folder / "src"), "NUMBA_CACHE_DIR": str(loops), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not t2"]
-    return subprocess.run(
-        [*command, *(f"tests/{test}" for test in tests)], cwd=ROOT, env={**os.environ, **paths, **environment},
-        capture_output=True, text=True, timeout=longest,
-    )  # fmt: skip
-
-
 @pytest.mark.t2
-def test_the_copy_is_what_is_tested(copy: Path) -> None:
-    """That every named test passes without a bug was seen when the copy was made."""
-    found = subprocess.run(
-        [sys.executable, "-c", "import subgoal; print(subgoal.__file__)"], cwd=ROOT, capture_output=True, text=True,
-        env={**os.environ, "PYTHONPATH": str(copy / "src")},
-    )  # fmt: skip
-    assert Path(found.stdout.strip()).is_relative_to(copy)
+def test_a_package_from_another_place_is_not_taken_for_the_copy(tmp_path: Path) -> None:
+    done = run_tests(tmp_path, tmp_path / "loops", tmp_path / "log", "runtime", longest=LONGEST)
+    assert done.status == ELSEWHERE
 
 
 @pytest.mark.t2
@@ -75,11 +58,12 @@ def test_every_bug_is_noticed(bug: Bug, copy: Path, tmp_path: Path) -> None:
     """The loops compiled for the copy are given to each run anew: only those of a changed file are compiled again."""
     place = copy / "src" / "subgoal" / bug.file
     right, when = place.read_text(), place.stat().st_mtime_ns
-    loops = shutil.copytree(copy / "loops", tmp_path / "loops")
+    loops = shutil.copytree(copy / "loops", tmp_path / "loops", copy_function=os.link)
+    compiled = bug.file not in CALLED_BY_OTHER_LOOPS
     try:
         place.write_text(right.replace(bug.right, bug.wrong))
-        done = run_tests(copy, loops, bug.test, NUMBA_DISABLE_JIT=str(int(bug.file in CALLED_BY_OTHER_LOOPS)))
+        done = run_tests(copy, loops, tmp_path / "log", bug.test, longest=LONGEST, compiled=compiled)
     finally:
         place.write_text(right)
         os.utime(place, ns=(when, when))
-    assert done.returncode == TESTS_FAILED, done.stdout[-3000:]
+    assert done.status == TESTS_FAILED, done.printed[-3000:]
