@@ -1,0 +1,174 @@
+"""Keeps a session's answer up with its drawing: the newest state wins, and nothing that was drawn is left out."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+from subgoal.runtime.errors import SubgoalError
+from subgoal.teach.drawing import Drawing, Sheet
+from subgoal.teach.files import read_dropped, save_project
+from subgoal.teach.learning import DRAWING, FULL, SETTLED, Answer, Tuning, demonstrations_of, learn
+from subgoal.teach.limits import Limits
+from subgoal.teach.messages import RefusedError
+from subgoal.teach.picture import nothing, picture, shown
+from subgoal.teach.workshop import Workshop
+
+LOG = logging.getLogger("subgoal.teach")
+PAUSE = 0.05
+"""Seconds between two answers while the pen is down."""
+IDLE = 0.3
+"""Seconds without a change before the default run begins."""
+TOO_LITTLE = "Draw a little more."
+Send = Callable[[dict[str, Any]], None]
+
+
+class Learner:
+    """The answers of one session, computed in threads, one at a time; called from the event loop alone."""
+
+    def __init__(self, drawing: Drawing, limits: Limits, workshop: Workshop, out: Path, send: Send) -> None:
+        self._drawing, self._limits, self._workshop, self._out, self._send = drawing, limits, workshop, out, send
+        self.tuning = Tuning()
+        self._number = 0
+        self._changed = asyncio.Event()
+        self._one = asyncio.Lock()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._watching: asyncio.Task[None] | None = None
+        self._learned: tuple[Any, Answer | None] = (None, None)
+        self._said: dict[str, Any] | None = None
+
+    def look(self, number: int) -> None:
+        """Operation ``number`` has been done: see whether the drawing or the parameters are other than before."""
+        self._number = number
+        if self._learned[0] == self._key() and self._said is not None:
+            return
+        self._changed.set()
+        if self._watching is None or self._watching.done():
+            self._watching = self._start(self._watch())
+
+    def tune(self, confidence: float, concentration: float) -> None:
+        """Other parameters."""
+        self.tuning = Tuning(confidence, concentration)
+
+    def say_again(self) -> None:
+        """The last answer, for a page that has come back."""
+        if self._said is not None:
+            self._send(self._said)
+
+    def read(self, name: str, content: bytes) -> None:
+        """A file in place of the drawing."""
+        self._start(self._read(name, content))
+
+    def fly(self) -> None:
+        """Fly the subgoals of the drawing as it is."""
+        self._start(self._of_full("fly", self._fly))
+
+    def save(self) -> None:
+        """Write a project folder."""
+        self._start(self._of_full("save", self._save))
+
+    def export(self, kind: str) -> None:
+        """Send waypoints."""
+        self._start(self._of_full("export", lambda sheet, answer: self._export(kind, answer)))
+
+    def close(self) -> None:
+        """Nothing more is computed."""
+        for task in self._tasks:
+            task.cancel()
+
+    def _key(self) -> tuple[int, Tuning]:
+        return self._drawing.revision, self.tuning
+
+    def _start(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._ended)
+        return task
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and task.exception() is not None:
+            LOG.error("a computation failed", exc_info=task.exception())
+            self._send({"type": "error", "code": "failed", "text": "Something went wrong here; the log says more."})
+
+    async def _watch(self) -> None:
+        """Answers until the drawing stands still and the default run has been made of it."""
+        while self._changed.is_set():
+            self._changed.clear()
+            drawn = self._drawing.drawn
+            await self._answer(DRAWING if drawn else SETTLED)
+            if drawn:
+                await asyncio.sleep(PAUSE)
+            elif not self._changed.is_set():
+                await asyncio.sleep(IDLE)
+                if not self._changed.is_set() and not self._drawing.drawn:
+                    await self._answer(FULL)
+
+    async def _answer(self, stage: str) -> Answer | None:
+        """Learn from the drawing as it is, and tell the page unless the drawing has become another one since."""
+        async with self._one:
+            key, sheet, number = self._key(), self._drawing.sheet(), self._number
+            if self._learned[0] == key and self._learned[1] is not None and self._learned[1].stage == FULL:
+                return self._learned[1]
+            run = self._workshop.later if stage == FULL else self._workshop.now
+            answer, said = await run(_work, sheet, self.tuning, stage, number, self._limits)
+            same = key == self._key() if stage != DRAWING else sheet.lineage == self._drawing.sheet().lineage
+            if same:
+                self._learned, self._said = (key, answer), said
+                self._send(said)
+            return answer
+
+    async def _of_full(self, what: str, act: Callable[[Sheet, Answer], Coroutine[Any, Any, None]]) -> None:
+        """``act`` on the default run of the drawing as it is; the page is told where that cannot be."""
+        sheet, number = self._drawing.sheet(), self._number + 1
+        try:
+            if sheet.drawn:
+                raise RefusedError("cannot", "Lift the pen first.")
+            answer = await self._answer(FULL)
+            if answer is None:
+                raise RefusedError("cannot", f"There is nothing to {what} yet: draw a path first.")
+            await act(sheet, answer)
+        except SubgoalError as problem:
+            self._send({"type": "error", "code": "cannot", "text": str(problem), "number": number})
+        except RefusedError as problem:
+            self._send({"type": "error", "code": problem.code, "text": problem.text, "number": number})
+
+    async def _read(self, name: str, content: bytes) -> None:
+        before = self._drawing.revision
+        try:
+            recording = await self._workshop.now(read_dropped, name, content, self._limits)
+            if self._drawing.revision != before:
+                raise RefusedError("file", "The drawing has changed meanwhile: drop the file again.")
+        except (SubgoalError, RefusedError) as problem:
+            self._send({"type": "error", "code": "file", "text": str(problem)})
+            return
+        self._drawing.replace(recording)
+        self._send(shown(self._drawing.sheet()))
+        self.look(self._number)
+
+    async def _save(self, sheet: Sheet, answer: Answer) -> None:
+        folder = await self._workshop.now(save_project, sheet, answer, self._out)
+        self._send({"type": "saved", "folder": str(folder)})
+
+    async def _fly(self, sheet: Sheet, answer: Answer) -> None:
+        raise RefusedError("cannot", "not yet")
+
+    async def _export(self, kind: str, answer: Answer) -> None:
+        raise RefusedError("cannot", "not yet")
+
+
+def _work(
+    sheet: Sheet, tuning: Tuning, stage: str, number: int, limits: Limits
+) -> tuple[Answer | None, dict[str, Any]]:
+    """In a thread: the answer and its picture, or why there is none."""
+    if sheet.n_points == 0:
+        return None, nothing(number)
+    try:
+        answer = learn(demonstrations_of(sheet.recording(), limits.pairs), tuning, stage)
+    except SubgoalError as problem:
+        too_little = sheet.source == "drawing" and sheet.n_points <= limits.points
+        return None, nothing(number, TOO_LITTLE if too_little else str(problem))
+    return answer, picture(answer, number)

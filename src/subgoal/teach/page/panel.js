@@ -1,0 +1,89 @@
+// What was found, in words and bars.
+
+import { colourOf, inkOf } from "./plane.js";
+
+const find = (id) => document.getElementById(id);
+const percent = (p) => (p > 0.995 ? "> 99 %" : `${Math.round(100 * p)} %`);
+const few = (n) => `${n} subgoal${n === 1 ? "" : "s"}`;
+const STAGES = { drawing: "while you draw", settled: "settling", full: "converged" };
+const QUIET = 2500; // milliseconds between two sentences while drawing
+
+let said = 0;
+
+export function showAnswer(answer, units) {
+  const chip = find("stage");
+  if (!answer || (!answer.subgoals.length && !answer.status)) {
+    find("headline").textContent = "No subgoals yet";
+    chip.textContent = find("certainty").textContent = "";
+    find("bars").replaceChildren();
+    find("goals").replaceChildren();
+    find("bars").setAttribute("aria-label", "How many subgoals: nothing drawn yet");
+    return;
+  }
+  find("headline").textContent = answer.subgoals.length ? few(answer.n) : "No subgoals yet";
+  const full = answer.stage === "full";
+  chip.textContent = !answer.subgoals.length ? "" : full && !answer.converged ? "not converged" : STAGES[answer.stage];
+  chip.className = `chip ${full ? (answer.converged ? "good" : "bad") : ""}`;
+  chip.title = answer.status;
+  const sure = answer.counts[answer.n];
+  find("certainty").textContent = !answer.subgoals.length ? answer.status : sure ? `${percent(sure)} sure` : "";
+  bars(answer);
+  find("goals").replaceChildren(...answer.subgoals.map((goal, k) => row(goal, k, units)));
+  tell(answer);
+}
+
+function bars(answer) {
+  const counts = Object.entries(answer.counts).map(([k, p]) => [Number(k), p]).sort((a, b) => a[0] - b[0]);
+  const most = Math.max(...counts.map(([, p]) => p), 0);
+  const low = Math.max(1, (counts[0]?.[0] ?? 1) - 1);
+  const high = (counts.at(-1)?.[0] ?? 1) + 1;
+  const all = new Map(counts);
+  const made = [];
+  for (let k = low; k <= high; k++) {
+    const p = all.get(k) ?? 0;
+    const bar = document.createElement("span");
+    bar.className = p === most ? "bar most" : "bar";
+    const column = document.createElement("i");
+    column.style.height = `${62 * p}%`;
+    const name = document.createElement("b");
+    name.textContent = k;
+    bar.append(p >= 0.005 ? percent(p) : "", column, name);
+    made.push(bar);
+  }
+  find("bars").replaceChildren(...made);
+  find("bars").setAttribute("aria-label", `How many subgoals: ${counts.map(([k, p]) => `${k} with ${percent(p)}`).join(", ")}`);
+}
+
+function row(goal, k, units) {
+  const item = document.createElement("li");
+  const disc = document.createElement("span");
+  disc.className = "disc";
+  disc.textContent = k + 1;
+  disc.style.background = colourOf(k);
+  disc.style.color = inkOf(k);
+  const what = document.createElement("span");
+  what.className = "what";
+  what.textContent = `${percent(goal.share)} of the path`;
+  const where = document.createElement("span");
+  where.className = "faint";
+  const size = units === "m" && goal.radius < 1 ? `${Math.round(100 * goal.radius)} cm` : `${goal.radius.toPrecision(2)} ${units}`;
+  where.textContent = `± ${size}`;
+  where.title = `certain to ${percent(goal.inclusion)}`;
+  item.append(disc, what, where);
+  return item;
+}
+
+function tell(answer) {
+  const now = performance.now();
+  if (!answer.subgoals.length || answer.stage === "full" || (answer.stage === "drawing" && now - said < QUIET)) return;
+  said = now;
+  const sure = answer.counts[answer.n];
+  find("news").textContent = `${few(answer.n)}${sure ? `, ${percent(sure)} sure` : ""}: ${answer.subgoals.map((goal, k) =>
+    `${k + 1} at ${goal.y.toFixed(1)}, ${goal.z.toFixed(1)}`).join("; ")}`;
+}
+
+export function message(text, bad = false) {
+  const line = find("message");
+  line.textContent = text;
+  line.classList.toggle("bad", bad);
+}

@@ -1,0 +1,89 @@
+"""The server: warmed up, listening, and its address told."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+from pathlib import Path
+
+from subgoal.runtime.checks import whole
+from subgoal.runtime.errors import InputError, MissingExtraError
+from subgoal.teach.limits import Limits
+
+LOOPBACK = "127.0.0.1"
+TOKEN_BYTES = 24
+SPARE = 4096
+"""Bytes of a message beside the file in it."""
+
+
+def serve(
+    out: str | Path = "out/teach", *, host: str = LOOPBACK, port: int = 0, open: bool = False,
+    limits: Limits | None = None,
+) -> None:  # fmt: skip
+    """Serve the page until Ctrl-C; prints its address, which holds a secret token.
+
+    Parameters
+    ----------
+    out:
+        Folder in which projects are saved.
+    host, port:
+        Where to listen; port 0 is any that is free. Everybody who can reach another host than a loopback one, and
+        sees the address, can use the page: nothing is encrypted.
+    open:
+        Open the page in the browser.
+
+    Raises
+    ------
+    MissingExtraError
+        The extra ``teach`` is not installed.
+    InputError
+        The address cannot be listened on.
+    """
+    limits = limits or Limits()
+    try:
+        import uvicorn
+
+        from subgoal.teach.app import make_app
+    except ImportError:
+        raise MissingExtraError("starlette, uvicorn or websockets", "teach") from None
+    listening = bound(host, port)
+    port, token = listening.getsockname()[1], secrets.token_urlsafe(TOKEN_BYTES)
+    app = make_app(token=token, host=host, port=port, out=Path(out), limits=limits)
+    warm_up()
+    config = uvicorn.Config(
+        app, log_level="warning", access_log=False, server_header=False, ws="websockets-sansio",
+        ws_max_size=limits.file_bytes + SPARE, ws_per_message_deflate=False, timeout_graceful_shutdown=2,
+    )  # fmt: skip
+    url = f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}/"
+    print(f"Teach at {url}\nProjects are saved in {Path(out)}. Ctrl-C ends.", flush=True)
+    if open:
+        import webbrowser
+
+        webbrowser.open(url)
+    uvicorn.Server(config).run(sockets=[listening])
+
+
+def bound(host: str, port: int) -> socket.socket:
+    """A socket that listens there."""
+    if whole("port", port, least=0) > 65_535:
+        raise InputError("port", found=port, wanted="at most 65535")
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        return socket.create_server((host, port), family=family)
+    except OSError as problem:
+        raise InputError("host and port", found=f"{host}:{port} ({problem})", wanted="an address that is free",
+                         hint="port 0") from None  # fmt: skip
+
+
+def warm_up() -> None:
+    """Learn from a small drawing, so that everything is loaded and compiled before anybody waits for it."""
+    from subgoal.teach.drawing import Drawing
+    from subgoal.teach.learning import DRAWING, SETTLED, Tuning, demonstrations_of, learn
+
+    drawing = Drawing(Limits())
+    drawing.begin()
+    drawing.add(tuple((0.05 * k, 0.04 * min(k, 20), 0.5 + 0.04 * max(k - 20, 0)) for k in range(41)))
+    drawing.lift()
+    demos = demonstrations_of(drawing.sheet().recording())
+    for stage in (DRAWING, SETTLED):
+        learn(demos, Tuning(), stage)
