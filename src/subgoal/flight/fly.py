@@ -1,0 +1,183 @@
+"""Waypoints flown by a simulated quadrotor: rotorpy's dynamics and its SE(3) controller."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from subgoal.flight.placement import Placement
+from subgoal.flight.record import Flight, FlightStatus
+from subgoal.flight.smooth import SmoothPath, smooth
+from subgoal.flight.vehicle import WEIGHT, Simulated, Vehicle, vehicle_named
+from subgoal.flight.waypoints import Waypoints
+from subgoal.runtime.checks import Floats, positive
+from subgoal.runtime.interrupt import Interrupt
+from subgoal.runtime.progress import Progress, Silent
+from subgoal.runtime.seeds import stream
+
+STEP = 0.01
+"""Seconds between commands, and of the integration."""
+SETTLE = 0.5
+"""Seconds of hovering at the end."""
+ASTRAY = 2.0
+"""Metres from the path at which a vehicle has lost it."""
+TILT_TOLERANCE = 0.3
+TOLD_EVERY = 50
+
+
+def fly(
+    waypoints: Waypoints,
+    *,
+    plane: str | None = None,
+    height: float = 1.0,
+    scale: float | None = None,
+    speed: float = 1.0,
+    acceleration: float = 3.0,
+    smoothing: str = "stop",
+    overshoot: float = 0.1,
+    rounds: int = 1,
+    vehicle: str = "hummingbird",
+    tolerance: float = 0.1,
+    constraints: Mapping[int, Mapping[str, Any]] | None = None,
+    noise: float = 0.0,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Flight:
+    """Fly ``smooth(waypoints, ...)`` from hover at its begin to hover at its end.
+
+    Parameters
+    ----------
+    plane, height, scale, speed, acceleration, smoothing, overshoot, rounds, constraints:
+        As in ``smooth``.
+    vehicle:
+        "hummingbird" (0.5 kg, ten times its weight of thrust) or "crazyflie" (30 g, twice its weight: no loops).
+    tolerance:
+        Metres within which a waypoint is reached; a tilted one also within 0.3 rad.
+    noise:
+        Standard deviation in metres of the positions that the controller is told; drawn with ``seed``.
+    progress:
+        Told how far the flight is.
+
+    A flight that is interrupted, or whose vehicle comes 2 m from its path, ends there, and its status says so. Raises
+    ``InputError`` and ``MissingExtraError`` as ``smooth`` does.
+    """
+    begin = time.perf_counter()
+    made, tolerance, noise = (
+        vehicle_named(vehicle),
+        positive("tolerance", tolerance),
+        positive("noise", noise, zero=True),
+    )
+    path = smooth(
+        waypoints, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration,
+        smoothing=smoothing, overshoot=overshoot, rounds=rounds, vehicle=vehicle, constraints=constraints,
+    )  # fmt: skip
+    commands = _commands(path)
+    errors = noise * stream(seed).standard_normal((len(commands.times), 3))
+    logged, ended = _simulated(made, commands, errors, Silent() if progress is None else progress)
+    return _flight(waypoints, path, made, commands, logged, ended, tolerance, time.perf_counter() - begin)
+
+
+@dataclass(frozen=True, eq=False)
+class Commands:
+    """Flat outputs at each step: positions and their two derivatives (3, n, 3), yaw and its rate (n,), and the body
+    rates (n, 3) of the attitude that they ask for.
+    """
+
+    times: Floats
+    motion: Floats
+    yaw: Floats
+    yaw_rate: Floats
+    rates: Floats
+
+
+def _commands(path: SmoothPath) -> Commands:
+    times = np.asarray(np.arange(int(np.ceil((path.duration + SETTLE) / STEP)) + 1) * STEP, np.float64)
+    motion, yaw = path.at(times, 3), path.headings(times)
+    return Commands(times, motion, yaw, np.gradient(yaw, STEP), _body_rates(motion[2], yaw))
+
+
+def _body_rates(accelerations: Floats, yaw: Floats) -> Floats:
+    """(n, 3) body rates of the attitude whose thrust gives the accelerations (n, 3) at yaw (n,)."""
+    from scipy.spatial.transform import Rotation
+
+    up = accelerations + WEIGHT
+    up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-9)
+    nose = np.stack([np.cos(yaw), np.sin(yaw), np.zeros(len(yaw))], axis=1)
+    side = np.cross(up, nose)
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
+    turned = Rotation.from_matrix(np.stack([np.cross(side, up), side, up], axis=2))
+    rates = (turned[:-1].inv() * turned[1:]).as_rotvec() / STEP
+    return np.vstack([rates, np.zeros((1, 3))])
+
+
+def _simulated(
+    vehicle: Vehicle, commands: Commands, errors: Floats, progress: Progress
+) -> tuple[dict[str, Floats], FlightStatus]:
+    """States at each step, (n, …) for each part of the state, and why the flight ended if it did not fly to the end."""
+    motion, count = commands.motion, len(commands.times)
+    craft = Simulated(vehicle, motion[0, 0], float(commands.yaw[0]), STEP)
+    kept = {name: np.empty((count, value.size)) for name, value in craft.state.items()}
+    ended, n = FlightStatus.FLOWN, count
+    with Interrupt() as interrupt, progress as display:
+        for k in range(count):
+            for name, value in craft.state.items():
+                kept[name][k] = value
+            away = craft.state["x"] - motion[0, k]
+            if not away @ away < ASTRAY**2 or interrupt.requested:
+                ended, n = (FlightStatus.STOPPED if interrupt.requested else FlightStatus.DIVERGED), k + 1
+                break
+            flat = {
+                "x": motion[0, k], "x_dot": motion[1, k], "x_ddot": motion[2, k], "yaw": commands.yaw[k],
+                "yaw_dot": 0.0,
+            }  # fmt: skip
+            craft.advance(craft.command(commands.times[k], flat, commands.rates[k], craft.state["x"] + errors[k]))
+            if k % TOLD_EVERY == 0:
+                display.update(k, count)
+    return {name: values[:n] for name, values in kept.items()}, ended
+
+
+def _flight(
+    waypoints: Waypoints, path: SmoothPath, vehicle: Vehicle, commands: Commands, logged: dict[str, Floats],
+    ended: FlightStatus, tolerance: float, seconds: float,
+) -> Flight:  # fmt: skip
+    n = len(logged["x"])
+    times = commands.times[:n]
+    misses, tilts = _nearest(path, times, logged["x"], logged["q"])
+    there = (misses <= tolerance) & (tilts <= TILT_TOLERANCE)
+    status = ended if ended is not FlightStatus.FLOWN or there.all() else FlightStatus.DID_NOT_ARRIVE
+    return Flight(
+        times, logged["x"], logged["v"], logged["q"], commands.motion[0, :n], logged["rotor_speeds"],
+        vehicle.thrust(logged["rotor_speeds"]), waypoints, path, misses, tilts, tolerance, TILT_TOLERANCE, status,
+        vehicle.name, seconds,
+    )  # fmt: skip
+
+
+def _nearest(path: SmoothPath, times: Floats, positions: Floats, quaternions: Floats) -> tuple[Floats, Floats]:
+    """(K,) how near the vehicle came to each place about the time it was due, and how far its thrust pointed aside."""
+    route, due = path.route, path.arrivals
+    count = len(due)
+    misses, tilts = np.full(count, np.inf), np.where(route.tilted, np.inf, 0.0)
+    legs = (due[1:] - due[:-1] - route.dwell[:-1]) / 2
+    for k in range(count):
+        early = due[k] - (legs[k - 1] if k else 0.0)
+        late = due[k] + route.dwell[k] + (legs[k] if k < count - 1 else SETTLE)
+        rows = np.flatnonzero((times >= early) & (times <= late))
+        if not rows.size:
+            continue
+        gaps = np.linalg.norm(positions[rows] - route.places[k], axis=1)
+        misses[k] = gaps.min()
+        if route.tilted[k]:
+            tilts[k] = _aside(path.placement, quaternions[rows[np.argmin(gaps)]], float(route.angles[k]))
+    return misses, tilts
+
+
+def _aside(placement: Placement, quaternion: Floats, angle: float) -> float:
+    """Radians between the thrust of an attitude (4,) and that at a tilt."""
+    from scipy.spatial.transform import Rotation
+
+    thrust = Rotation.from_quat(quaternion).apply([0.0, 0.0, 1.0])
+    return float(np.arccos(np.clip(thrust @ placement.direction(np.array([angle]))[0], -1, 1)))

@@ -1,0 +1,129 @@
+"""The route of a flight: the places of the world it goes to, one after another, from rest to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from subgoal.flight.placement import Placement
+from subgoal.flight.waypoints import Waypoints
+from subgoal.runtime.checks import Bools, Floats, Ints, whole
+from subgoal.runtime.errors import InputError
+
+LEVEL = 0.35
+"""Radians within which a vehicle is level: it can hover there."""
+START = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """Where a flight goes.
+
+    Attributes
+    ----------
+    places:
+        (K, 3) metres of the world.
+    waypoint:
+        (K,) which waypoint is there, −1 for the start.
+    dwell:
+        (K,) seconds of rest.
+    angles:
+        (K,) radians wanted there, continuous along the route: tilts in a vertical plane, else headings; zeros where
+        there is no angle.
+    tilted:
+        (K,) whether the angle is a tilt at which no vehicle can hover.
+    """
+
+    places: Floats
+    waypoint: Ints
+    dwell: Floats
+    angles: Floats
+    tilted: Bools
+
+    def name(self, k: int) -> str:
+        """The place ``k`` in words."""
+        at = int(self.waypoint[k])
+        return "the start" if at == START else f"waypoint {at + 1}"
+
+
+def route_of(waypoints: Waypoints, placement: Placement, rounds: int) -> Route:
+    """From the start through all waypoints; ``rounds`` times, if they are cyclic, and back to where it began.
+
+    A cyclic route begins and ends at the waypoint nearest to the start. Raises ``InputError`` for rounds of waypoints
+    that are not cyclic, for places that fall together in the world, and for first and last ones that are tilted.
+    """
+    rounds = whole("rounds", rounds)
+    count = len(waypoints)
+    if rounds > 1 and not waypoints.cyclic:
+        raise InputError("rounds", found=rounds, wanted="1: the waypoints are not cyclic", hint="cyclic=True")
+    order = np.arange(count)
+    if waypoints.cyclic:
+        order = np.roll(order, -_nearest(waypoints))
+        order = np.append(np.tile(order, rounds), order[0])
+    elif waypoints.start is not None and _begins_elsewhere(waypoints):
+        order = np.append(START, order)
+    spots = waypoints.positions[order]
+    if order[0] == START and waypoints.start is not None:
+        spots[0] = waypoints.start
+    places = placement.to_world(spots)
+    angles, tilted = _angles(waypoints, placement, spots, order)
+    route = Route(places, order, np.where(order == START, 0.0, waypoints.dwell[order]), angles, tilted)
+    _check(route)
+    return route
+
+
+def _nearest(waypoints: Waypoints) -> int:
+    """The waypoint nearest to the start."""
+    if waypoints.start is None:
+        return 0
+    return int(np.argmin(waypoints.metric.distance(waypoints.start, waypoints.positions)))
+
+
+def _begins_elsewhere(waypoints: Waypoints) -> bool:
+    """Whether the start is not at the first waypoint: farther from it than a tenth of the way to the next."""
+    first, metric = waypoints.positions[0], waypoints.metric
+    if len(waypoints) == 1:
+        return True
+    gap = metric.distance(waypoints.start, first)  # type: ignore[arg-type]
+    return bool(gap > 0.1 * metric.distance(first, waypoints.positions[1]))
+
+
+def _angles(waypoints: Waypoints, placement: Placement, spots: Floats, order: Ints) -> tuple[Floats, Bools]:
+    """(K,) continuous angles, and which of them are tilts."""
+    if placement.quaternion is not None:
+        angles, lean = _of_quaternions(spots[:, placement.quaternion : placement.quaternion + 4])
+        return np.unwrap(angles), lean > LEVEL
+    if placement.angle is None:
+        return np.zeros(len(order)), np.zeros(len(order), bool)
+    first = float(spots[0, placement.angle])
+    turned = np.where(order == START, 0.0, waypoints.turns[order])[1:]
+    angles = np.append(first, first + np.cumsum(turned))
+    angles = angles if not placement.upright else angles - 2 * np.pi * np.round(first / (2 * np.pi))
+    return angles, (np.cos(angles) < np.cos(LEVEL)) & placement.upright
+
+
+def _of_quaternions(four: Floats) -> tuple[Floats, Floats]:
+    """(K,) headings and (K,) angles between thrust and the vertical."""
+    from scipy.spatial.transform import Rotation
+
+    turned = Rotation.from_quat(four)
+    nose, thrust = turned.apply([1.0, 0.0, 0.0]), turned.apply([0.0, 0.0, 1.0])
+    return np.arctan2(nose[:, 1], nose[:, 0]), np.arccos(np.clip(thrust[:, 2], -1, 1))
+
+
+def _check(route: Route) -> None:
+    gaps = np.linalg.norm(np.diff(route.places, axis=0), axis=1)
+    if not (gaps > 1e-6).all():
+        k = int(np.argmin(gaps)) + 1
+        raise InputError("waypoints", where=route.name(k), found="the same position as the one before",
+                         wanted="positions that differ: a vehicle turns over only on its way")  # fmt: skip
+    for k in (0, len(route.places) - 1):
+        if route.tilted[k]:
+            tilt = np.degrees(np.arccos(np.cos(route.angles[k])))
+            raise InputError("waypoints", where=route.name(k), found=f"a flight that rests tilted by {tilt:.0f}°",
+                             wanted="a level one, first and last", hint="cyclic=True, or visits=True")  # fmt: skip
+    rests = route.tilted & (route.dwell > 0)
+    if rests.any():
+        raise InputError("dwell", where=route.name(int(np.argmax(rests))), found="a rest where the vehicle is tilted",
+                         wanted="0 there")  # fmt: skip

@@ -1,0 +1,180 @@
+"""A smooth path through waypoints: minimum snap (Mellinger and Kumar 2011), by ``minsnap_trajectories``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from subgoal.flight.loops import manoeuvre
+from subgoal.flight.placement import Placement, place
+from subgoal.flight.polynomials import Pieces, held, joined
+from subgoal.flight.route import Route, route_of
+from subgoal.flight.vehicle import FASTEST, GRAVITY, Vehicle, vehicle_named
+from subgoal.flight.waypoints import Waypoints
+from subgoal.flight.ways import way
+from subgoal.runtime.checks import Floats, positive, real_array
+from subgoal.runtime.errors import InputError
+
+SMOOTHINGS = ("stop", "through")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SmoothPath:
+    """Where a vehicle is to be at each time, in metres of the world.
+
+    Attributes
+    ----------
+    route, placement:
+        The places it goes to, and where the demonstration lies in the world.
+    pieces:
+        Polynomials of degree 7.
+    arrivals:
+        (K,) seconds at which it comes to each place of the route.
+    overshoot:
+        Largest distance from the straight lines between neighbouring places (loops left out), in metres.
+    """
+
+    route: Route
+    placement: Placement
+    pieces: Pieces
+    arrivals: Floats
+    overshoot: float
+
+    def __repr__(self) -> str:
+        return f"SmoothPath({len(self.arrivals)} places in {self.duration:.1f} s)"
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return self.pieces.duration
+
+    def at(self, times: Any, orders: int = 1) -> Floats:
+        """(orders, n, 3) positions, velocities, accelerations and so on at ``times`` (n,), held at both ends."""
+        return self.pieces.at(times, orders)
+
+    def headings(self, times: Floats) -> Floats:
+        """(n,) yaw in radians: turned evenly between places, or that of the plane."""
+        if self.placement.upright:
+            return np.full(len(times), self.placement.heading)
+        leaves = self.arrivals + self.route.dwell
+        knots = np.stack([self.arrivals, leaves], axis=1).ravel()
+        return np.interp(times, knots, np.repeat(self.route.angles, 2))
+
+
+def smooth(
+    waypoints: Waypoints,
+    *,
+    plane: str | None = None,
+    height: float = 1.0,
+    scale: float | None = None,
+    speed: float = 1.0,
+    acceleration: float = 3.0,
+    smoothing: str = "stop",
+    overshoot: float = 0.1,
+    rounds: int = 1,
+    vehicle: str = "hummingbird",
+    constraints: Mapping[int, Mapping[str, Any]] | None = None,
+) -> SmoothPath:
+    """The path of minimum snap through the waypoints, no faster than ``speed`` and ``acceleration``.
+
+    Parameters
+    ----------
+    plane:
+        Two axes of the world, such as "yz", for two positions; by default their names if these are axes, else "xy".
+    height:
+        Metres above the origin, of a flight in a horizontal plane. Upright ones are flown where they were shown.
+    scale:
+        Metres per unit; by default from the unit of the waypoints.
+    speed, acceleration:
+        Limits in m/s and m/s². A tilted waypoint needs what it needs: there the slowest loop is flown that turns over.
+    smoothing:
+        "stop": rest at each waypoint, on straight lines between. "through": rest only where it dwells, and at the ends.
+        A path of minimum snap swings out at corners; where it comes to lie farther than ``overshoot`` metres from the
+        straight lines, points on these are added, and if that does not help it rests at the ends of the line.
+    rounds:
+        Of waypoints that are cyclic.
+    constraints:
+        For waypoint k (from 0), "velocity" or "acceleration" (3,) in the world, where the path goes through it.
+
+    Raises
+    ------
+    InputError
+        An option out of range, a limit that the vehicle cannot reach, or a tilted waypoint that cannot be flown.
+    MissingExtraError
+        The extra ``flight`` is not installed.
+    """
+    made = vehicle_named(vehicle)
+    pace = _limits(made, speed, acceleration)
+    if smoothing not in SMOOTHINGS:
+        raise InputError("smoothing", found=repr(smoothing), wanted=" or ".join(map(repr, SMOOTHINGS)))
+    bound = positive("overshoot", overshoot)
+    placement = place(waypoints, plane, height, scale)
+    route = route_of(waypoints, placement, rounds)
+    pinned = _constraints(constraints, route)
+    rests = route.dwell > 0
+    rests[[0, -1]] = True
+    if smoothing == "stop":
+        rests |= ~route.tilted
+        rests[[k for k in pinned if not route.tilted[k]]] = False
+    return _assembled(route, placement, made, rests, pace, bound, pinned)
+
+
+def _limits(vehicle: Vehicle, speed: float, acceleration: float) -> tuple[float, float]:
+    speed, acceleration = positive("speed", speed), positive("acceleration", acceleration)
+    if speed > FASTEST:
+        raise InputError("speed", found=speed, wanted=f"at most {FASTEST:g} m/s, beyond which the model does not hold")
+    most = float(np.sqrt(max(vehicle.usable_thrust**2 - GRAVITY**2, 0.0)))
+    if acceleration > most:
+        raise InputError("acceleration", found=acceleration, wanted=f"at most {most:.1f} m/s² for {vehicle.name}")
+    return speed, acceleration
+
+
+def _constraints(given: Mapping[int, Mapping[str, Any]] | None, route: Route) -> dict[int, dict[str, Floats]]:
+    """By place of the route, where the waypoint is neither first nor last."""
+    found: dict[int, dict[str, Floats]] = {}
+    for at, wanted in (given or {}).items():
+        places = [k for k in np.flatnonzero(route.waypoint == at).tolist() if 0 < k < len(route.places) - 1]
+        if not places or set(wanted) - {"velocity", "acceleration"}:
+            raise InputError("constraints", where=f"waypoint {at}", found=list(wanted),
+                             wanted="velocity or acceleration, neither first nor last")  # fmt: skip
+        vectors = {name: _vector(name, value) for name, value in wanted.items()}
+        found |= dict.fromkeys(places, vectors)
+    return found
+
+
+def _vector(what: str, value: Any) -> Floats:
+    """(3,) numbers."""
+    vector = real_array(what, value, ndim=1)
+    if vector.shape != (3,):
+        raise InputError(what, found=f"shape {vector.shape}", wanted="(3,)")
+    return vector
+
+
+def _assembled(
+    route: Route, placement: Placement, vehicle: Vehicle, rests: Any, pace: tuple[float, float], bound: float,
+    pinned: dict[int, dict[str, Floats]],
+) -> SmoothPath:  # fmt: skip
+    """Ways from rest to rest, one after another, with the dwells between them."""
+    parts: list[Pieces] = []
+    arrivals, clock, widest = np.zeros(len(route.places)), 0.0, 0.0
+    ends = np.flatnonzero(rests).tolist()
+    for a, b in pairwise(ends):
+        if route.dwell[a] > 0:
+            parts.append(held(route.places[a], float(route.dwell[a])))
+            clock += float(route.dwell[a])
+        if route.tilted[a : b + 1].any():
+            part, reached = manoeuvre(route, placement, vehicle, a, b)
+        else:
+            own = {k - a: pinned[k] for k in range(a + 1, b) if k in pinned}
+            part, reached, apart = way(route.places[a : b + 1], pace, bound, own)
+            widest = max(widest, apart)
+        arrivals[a : b + 1] = clock + reached
+        clock += part.duration
+        parts.append(part)
+    if route.dwell[-1] > 0:
+        parts.append(held(route.places[-1], float(route.dwell[-1])))
+    return SmoothPath(route, placement, joined(parts), arrivals, widest)

@@ -1,0 +1,209 @@
+"""Waypoints: the subgoals of a posterior in the order in which a machine is to go to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from subgoal.answers.order import first_served
+from subgoal.answers.segments import Segments, segments
+from subgoal.answers.subgoals import COUNTED_FROM, Subgoal, Subgoals, reaches, subgoals
+from subgoal.demonstrations.fields import check_period, labels_of
+from subgoal.demonstrations.metric import Metric
+from subgoal.demonstrations.records import Demonstrations
+from subgoal.flight.visits import Visit, follows, turns_to, visited_in_order
+from subgoal.posterior.posterior import Posterior
+from subgoal.runtime.checks import Floats, Ints, frozen, positive, real_array, whole
+from subgoal.runtime.errors import InputError
+
+STRAY = 5
+"""A segment of fewer observations is no visit."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Waypoints:
+    """Places to go to, one after another.
+
+    Attributes
+    ----------
+    positions:
+        (W, d) in the demonstration's coordinates.
+    names:
+        (W,) names, "subgoal 1" and so on.
+    labels:
+        (W,) number of the subgoal at each waypoint, from 1; a subgoal can come more than once.
+    dwell:
+        (W,) seconds to stay at each.
+    cyclic:
+        Whether the first comes again after the last.
+    dimensions, units:
+        d names of the coordinates, and the unit of lengths.
+    period:
+        (d,) length after which a coordinate wraps (2π: an angle), infinity where it does not.
+    start:
+        (d,) where the demonstrator began, or None: then a flight begins at the first waypoint.
+    turns:
+        (W,) radians that the demonstrator turned on the way to each waypoint from the one before it, where a
+        coordinate is an angle; zeros elsewhere. Before the first comes the last if ``cyclic``, else ``start``.
+
+    Raises
+    ------
+    InputError
+        NaN, wrong shapes, fewer than two places, or the same place twice in a row.
+    """
+
+    positions: Floats
+    names: tuple[str, ...] = ()
+    labels: Any = None
+    dwell: Any = 0.0
+    cyclic: bool = False
+    dimensions: tuple[str, ...] = ()
+    units: str = ""
+    period: tuple[float, ...] = ()
+    start: Floats | None = None
+    turns: Any = None
+
+    def __post_init__(self) -> None:
+        places = real_array("positions", self.positions, ndim=2)
+        count, d = places.shape
+        labels = np.arange(1, count + 1) if self.labels is None else np.array(self.labels, np.int64)
+        dwell = np.broadcast_to(real_array("dwell", self.dwell, ndim=(0, 1)), (count,)).copy()
+        period = check_period(self.period, d) or (np.inf,) * d
+        start = None if self.start is None else real_array("start", self.start, ndim=1)
+        if labels.shape != (count,) or (start is not None and start.shape != (d,)):
+            raise InputError(
+                "waypoints", found=f"labels {labels.shape}, {d} dimensions", wanted="one of each per place"
+            )
+        if (~(dwell >= 0)).any():
+            raise InputError("dwell", found=dwell.min(), wanted="seconds, at least 0")
+        names = self.names or tuple(f"subgoal {label}" for label in labels)
+        fields = {
+            "positions": places, "names": labels_of("names", names, count, "w"), "labels": frozen(labels),
+            "dwell": frozen(dwell), "cyclic": bool(self.cyclic), "start": start, "period": period,
+            "dimensions": labels_of("dimensions", self.dimensions, d, "x"),
+        }  # fmt: skip
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+        if count + (start is not None) < 2:
+            raise InputError("waypoints", found="one place", wanted="two at least, the start included")
+        turns = self._wrapped_turns() if self.turns is None else real_array("turns", self.turns, ndim=1)
+        if turns.shape != (count,):
+            raise InputError("turns", found=f"shape {turns.shape}", wanted=f"({count},)")
+        object.__setattr__(self, "turns", frozen(turns))
+        self._check_apart()
+
+    def __repr__(self) -> str:
+        order = " → ".join(str(label) for label in self.labels[:12]) + (" → …" if len(self) > 12 else "")
+        return f"Waypoints({order}{', cyclic' if self.cyclic else ''})"
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @property
+    def angle(self) -> int | None:
+        """Which coordinate is an angle of 2π, None if none is."""
+        found = np.flatnonzero(np.isclose(self.period, 2 * np.pi))
+        return int(found[0]) if found.size == 1 else None
+
+    @property
+    def metric(self) -> Metric:
+        """Distance with angles that wrap."""
+        return Metric.of(self.positions.shape[1], None, self.period)
+
+    def _before(self) -> Floats:
+        """(W, d) the place before each; the first itself where nothing is before it."""
+        first = self.positions[-1] if self.cyclic else self.positions[0] if self.start is None else self.start
+        return np.vstack([first, self.positions[:-1]])
+
+    def _wrapped_turns(self) -> Floats:
+        if self.angle is None:
+            return np.zeros(len(self))
+        return np.array(self.metric.difference(self._before(), self.positions)[:, self.angle])
+
+    def _check_apart(self) -> None:
+        gaps = self.metric.distance(self._before(), self.positions)
+        near = ~(gaps > 0)
+        near[0] &= self.cyclic and len(self) > 1
+        if near.any():
+            k = int(np.argmax(near))
+            raise InputError("waypoints", where=f"waypoint {k + 1}", found="the same place as the one before",
+                             wanted="places that differ")  # fmt: skip
+
+
+def waypoints(
+    posterior: Posterior,
+    *,
+    found: Subgoals | None = None,
+    cyclic: bool | None = None,
+    dwell: float = 0.0,
+    least_share: float = COUNTED_FROM,
+    visits: bool = False,
+    stray: int = STRAY,
+) -> Waypoints:
+    """The subgoals with at least ``least_share`` of the observations, as places to fly to.
+
+    They come in the order in which the best draw first serves them, as in action prediction
+    (``predictions.waypoints``), or with ``visits`` each time the demonstrator went to one: the segments of all
+    trajectories, one after another, without those of fewer than ``stray`` observations.
+
+    Parameters
+    ----------
+    found:
+        Subgoals, if they are already made.
+    cyclic:
+        Whether the first comes again after the last. None finds out: it does where, of the visits that follow one of
+        the last, more than half are of the first. Visits are never cyclic.
+    dwell:
+        Seconds to stay at each waypoint.
+
+    Raises ``InputError`` for states that are no positions, and if fewer than two places are left.
+    """
+    demos = posterior.demonstrations
+    if demos.is_discrete:
+        raise InputError("demonstrations", found="states of a discrete world", wanted="positions to fly to")
+    found, least = subgoals(posterior) if found is None else found, positive("least_share", least_share, zero=True)
+    kept = [goal for goal in found.items if reaches(goal.share, least)]
+    if not kept:
+        raise InputError("least_share", found=least, wanted=f"at most {found.items[0].share:.2f}, the largest share")
+    cut = segments(posterior, found)
+    seen = visited_in_order(demos, cut, len(kept), whole("stray", stray))
+    if visits:
+        if cyclic:
+            raise InputError("cyclic", found="True beside visits", wanted="one of them")
+        order, circles = np.array([visit.subgoal for visit in seen], np.int64), False
+    else:
+        order = _order(posterior, found, kept)
+        circles = follows(seen, int(order[-1]), int(order[0])) if cyclic is None else bool(cyclic)
+    return _made(posterior, kept, order, cut, seen, circles, positive("dwell", dwell, zero=True))
+
+
+def _order(posterior: Posterior, found: Subgoals, kept: list[Subgoal]) -> Ints:
+    """(W,) numbers of the kept subgoals, in the order of first service by the best draw."""
+    theta = posterior.best_assignment
+    served = np.where(theta >= 0, found.group[theta], -1)
+    return first_served(posterior.demonstrations, served, np.arange(len(kept)), np.array([g.share for g in kept]))
+
+
+def _made(
+    posterior: Posterior, kept: list[Subgoal], order: Ints, cut: Segments, seen: list[Visit], cyclic: bool,
+    dwell: float,
+) -> Waypoints:  # fmt: skip
+    demos: Demonstrations = posterior.demonstrations
+    if not order.size:
+        raise InputError("stray", found="no segment as long", wanted="fewer observations")
+    period = tuple(posterior.candidates.metric.period.tolist())
+    goals, begin = [kept[k] for k in order], demos.states[demos.offset[:-1]]
+    made = Waypoints(
+        np.array([goal.position for goal in goals]), tuple(goal.name for goal in goals),
+        np.array([goal.label for goal in goals]), dwell, cyclic, demos.names, demos.units, period,
+        np.asarray(begin[0] if demos.n_trajectories == 1 else np.median(begin, axis=0)),
+    )  # fmt: skip
+    if made.angle is None:
+        return made
+    turned = turns_to(demos.states[:, made.angle], demos.offset, seen, order, made.turns)
+    return Waypoints(
+        made.positions, made.names, made.labels, made.dwell, cyclic, made.dimensions, made.units, period, made.start,
+        turned,
+    )  # fmt: skip

@@ -1,0 +1,64 @@
+"""Hand-held demonstrations of a square and of a flip, and posteriors made of them."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+import subgoal
+from subgoal.demonstrations.poses import pose_metric
+from subgoal.posterior.posterior import Posterior
+
+TURN = 2 * np.pi
+SIDE, SPEED, LEAST, RATE = 1.5, 0.4, 0.5, 20.0
+CORNERS = np.array([[0.0, 0.0], [SIDE, 0.0], [SIDE, SIDE], [0.0, SIDE]]) + np.array([0.0, LEAST])
+RADIUS = 0.45
+
+
+def recorded(positions: np.ndarray, names: tuple[str, ...], period: tuple[float, ...] = ()) -> subgoal.Recording:
+    """Positions (M, d) at 20 Hz as one recording in metres."""
+    times = np.arange(len(positions)) / RATE
+    return subgoal.Recording(positions, times, np.array([0, len(times)]), names, "m", period=period)
+
+
+def along(corners: np.ndarray, seed: int = 0) -> np.ndarray:
+    """(M, d) from corner to corner (W, d) at even speed, with 2 mm of tremor."""
+    legs = []
+    for a, b in pairwise(corners):
+        steps = int(np.linalg.norm(b - a) / SPEED * RATE)
+        legs.append(a + (b - a) * np.arange(steps)[:, None] / steps)
+    path = np.vstack([*legs, corners[-1:]])
+    return path + 0.002 * np.random.default_rng(seed).standard_normal(path.shape)
+
+
+def square_path(rounds: int = 1) -> np.ndarray:
+    """(M, 2) around the square, from the first corner back to it."""
+    return along(CORNERS[np.append(np.tile(np.arange(4), rounds), 0)])
+
+
+def flip_path(rounds: int = 1, turn: int = 1) -> np.ndarray:
+    """(M, 3) once round a loop by hand: y, z and an angle that is that of the loop; level for a second at its ends."""
+    angle = np.concatenate([np.zeros(20), np.linspace(0, TURN * rounds, 90 * rounds), np.full(20, TURN * rounds)])
+    noise = np.random.default_rng(1).standard_normal((angle.size, 3)) * [0.002, 0.002, 0.01]
+    return np.column_stack([
+        turn * RADIUS * np.sin(angle), LEAST + RADIUS - RADIUS * np.cos(angle), turn * angle
+    ]) + noise  # fmt: skip
+
+
+@cache
+def square(rounds: int = 1) -> Posterior:
+    """Posterior of the square."""
+    demos = subgoal.demonstrate(recorded(square_path(rounds), ("y", "z")))
+    table = subgoal.action_comparison(demos, subgoal.epsilon_net(demos, 0.1), confidence=5.0)
+    return subgoal.sample(table, chains=4, draws=60, warmup=60, thin=1, seed=0)
+
+
+@cache
+def flip(rounds: int = 1, turn: int = 1) -> Posterior:
+    """Posterior of the flip, places at the bottom, at the top and half-way up."""
+    metric = pose_metric(0.3, planar=True)
+    demos = subgoal.demonstrate(recorded(flip_path(rounds, turn), ("y", "z", "angle"), tuple(metric.period)))
+    table = subgoal.action_comparison(demos, subgoal.epsilon_net(demos, 0.25, metric=metric), confidence=5.0)
+    return subgoal.sample(table, chains=4, draws=60, warmup=60, thin=1, seed=0)
