@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from subgoal.flight.commands import Commands, commands_along
 from subgoal.flight.placement import Placement
 from subgoal.flight.record import Flight, FlightStatus
 from subgoal.flight.smooth import SmoothPath, smooth
-from subgoal.flight.vehicle import WEIGHT, Simulated, Vehicle, vehicle_named
+from subgoal.flight.vehicle import Simulated, Vehicle, vehicle_named
 from subgoal.flight.waypoints import Waypoints
 from subgoal.runtime.checks import Floats, positive
 from subgoal.runtime.interrupt import Interrupt
@@ -75,66 +75,34 @@ def fly(
         waypoints, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration,
         smoothing=smoothing, overshoot=overshoot, rounds=rounds, vehicle=vehicle, constraints=constraints,
     )  # fmt: skip
-    commands = _commands(path)
+    commands = commands_along(path, made, STEP, SETTLE)
     errors = noise * stream(seed).standard_normal((len(commands.times), 3))
     logged, ended = _simulated(made, commands, errors, Silent() if progress is None else progress)
     return _flight(waypoints, path, made, commands, logged, ended, tolerance, time.perf_counter() - begin)
-
-
-@dataclass(frozen=True, eq=False)
-class Commands:
-    """Flat outputs at each step: positions and their two derivatives (3, n, 3), yaw and its rate (n,), and the body
-    rates (n, 3) of the attitude that they ask for.
-    """
-
-    times: Floats
-    motion: Floats
-    yaw: Floats
-    yaw_rate: Floats
-    rates: Floats
-
-
-def _commands(path: SmoothPath) -> Commands:
-    times = np.asarray(np.arange(int(np.ceil((path.duration + SETTLE) / STEP)) + 1) * STEP, np.float64)
-    motion, yaw = path.at(times, 3), path.headings(times)
-    return Commands(times, motion, yaw, np.gradient(yaw, STEP), _body_rates(motion[2], yaw))
-
-
-def _body_rates(accelerations: Floats, yaw: Floats) -> Floats:
-    """(n, 3) body rates of the attitude whose thrust gives the accelerations (n, 3) at yaw (n,)."""
-    from scipy.spatial.transform import Rotation
-
-    up = accelerations + WEIGHT
-    up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-9)
-    nose = np.stack([np.cos(yaw), np.sin(yaw), np.zeros(len(yaw))], axis=1)
-    side = np.cross(up, nose)
-    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
-    turned = Rotation.from_matrix(np.stack([np.cross(side, up), side, up], axis=2))
-    rates = (turned[:-1].inv() * turned[1:]).as_rotvec() / STEP
-    return np.vstack([rates, np.zeros((1, 3))])
 
 
 def _simulated(
     vehicle: Vehicle, commands: Commands, errors: Floats, progress: Progress
 ) -> tuple[dict[str, Floats], FlightStatus]:
     """States at each step, (n, …) for each part of the state, and why the flight ended if it did not fly to the end."""
-    motion, count = commands.motion, len(commands.times)
-    craft = Simulated(vehicle, motion[0, 0], float(commands.yaw[0]), STEP)
+    count = len(commands.times)
+    craft = Simulated(vehicle, commands.positions[0], float(commands.yaw[0]), STEP)
     kept = {name: np.empty((count, value.size)) for name, value in craft.state.items()}
     ended, n = FlightStatus.FLOWN, count
     with Interrupt() as interrupt, progress as display:
         for k in range(count):
             for name, value in craft.state.items():
                 kept[name][k] = value
-            away = craft.state["x"] - motion[0, k]
+            away = craft.state["x"] - commands.positions[k]
             if not away @ away < ASTRAY**2 or interrupt.requested:
                 ended, n = (FlightStatus.STOPPED if interrupt.requested else FlightStatus.DIVERGED), k + 1
                 break
             flat = {
-                "x": motion[0, k], "x_dot": motion[1, k], "x_ddot": motion[2, k], "yaw": commands.yaw[k],
-                "yaw_dot": 0.0,
+                "x": commands.positions[k], "x_dot": commands.velocities[k], "x_ddot": commands.accelerations[k],
+                "yaw": commands.yaw[k], "yaw_dot": 0.0,
             }  # fmt: skip
-            craft.advance(craft.command(commands.times[k], flat, commands.rates[k], craft.state["x"] + errors[k]))
+            turn = commands.rates[k], commands.angular[k]
+            craft.advance(craft.command(commands.times[k], flat, *turn, craft.state["x"] + errors[k]))
             if k % TOLD_EVERY == 0:
                 display.update(k, count)
     return {name: values[:n] for name, values in kept.items()}, ended
@@ -150,7 +118,7 @@ def _flight(
     there = (misses <= tolerance) & (tilts <= TILT_TOLERANCE)
     status = ended if ended is not FlightStatus.FLOWN or there.all() else FlightStatus.DID_NOT_ARRIVE
     return Flight(
-        times, logged["x"], logged["v"], logged["q"], commands.motion[0, :n], logged["rotor_speeds"],
+        times, logged["x"], logged["v"], logged["q"], commands.positions[:n], logged["rotor_speeds"],
         vehicle.thrust(logged["rotor_speeds"]), waypoints, path, misses, tilts, tolerance, TILT_TOLERANCE, status,
         vehicle.name, seconds,
     )  # fmt: skip

@@ -8,36 +8,74 @@ thrust points as wanted at every tilted waypoint.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from subgoal.flight.placement import Placement
 from subgoal.flight.polynomials import Pieces, minimum_snap
 from subgoal.flight.route import Route
-from subgoal.flight.vehicle import GRAVITY, WEIGHT, Vehicle
+from subgoal.flight.vehicle import GRAVITY, RESERVE, WEIGHT, Vehicle
 from subgoal.runtime.checks import Floats
 from subgoal.runtime.errors import InputError
 
 PART = np.pi / 4
 """Radians of an arc between points that the path goes through."""
 MOST_TURN = 1.6 * np.pi
-AIM = 0.15
+AIM = 0.2
 """Radians by which thrust may point aside at a tilted waypoint, in the path."""
-LEAST = 0.5 * GRAVITY
+LEAST = GRAVITY
 """Thrust over mass that is left at a tilted waypoint, m/s²."""
-TRIED = np.geomspace(0.05, 20.0, 600)
+TRIED = np.geomspace(0.05, 10.0, 200)
+LOOKED_AT = 200
+"""Moments of a way at which thrust is looked at."""
+RAMPS = (0.5, 0.45, 0.4)
+"""Of the time, what goes by before the vehicle is at full speed."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """A speed of a way, with what it asks for.
+
+    Attributes
+    ----------
+    factor:
+        Ways a second.
+    thrust, turning:
+        Largest thrust over mass, and largest share of the moment that the vehicle has at its thrust.
+    aside, place:
+        Largest angle between thrust and what a tilted waypoint wants, and the place of the route where that is.
+    """
+
+    factor: float
+    thrust: float
+    turning: float
+    aside: float
+    place: int
+
+    def unfit(self, vehicle: Vehicle) -> float:
+        """How far this is beyond what the vehicle can: 0 if it can."""
+        over = max(self.thrust / vehicle.usable_thrust, self.turning / RESERVE, self.aside / AIM)
+        return max(over - 1, 0.0)
 
 
 def manoeuvre(route: Route, placement: Placement, vehicle: Vehicle, first: int, last: int) -> tuple[Pieces, Floats]:
     """The way from place ``first`` to ``last``, from rest to rest, and when it comes to each place.
 
-    Raises ``InputError`` where thrust cannot be made to point as wanted, naming the waypoint.
+    Of several laws of speed along it, the one that asks for the least thrust. Raises ``InputError`` where thrust cannot
+    be made to point as wanted, naming the waypoint.
     """
     points, at = _points(route, placement, first, last)
     lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    times = _eased(lengths / lengths[-1])
-    path = minimum_snap(points, times)
-    factor = _pace(path, times[at], route, placement, vehicle, first)
-    return path.stretched(1 / factor), times[at] / factor
+    tried = []
+    for ramp in RAMPS:
+        times = _eased(lengths / lengths[-1], ramp)
+        path = minimum_snap(points, times)
+        tried.append((_pace(path, times[at], route, placement, vehicle, first), path, times[at]))
+    pace, path, reached = min(tried, key=lambda each: (each[0].unfit(vehicle), each[0].thrust))
+    if pace.unfit(vehicle) > 0:
+        raise _refused(pace, route, vehicle)
+    return path.stretched(1 / pace.factor), reached / pace.factor
 
 
 def _points(route: Route, placement: Placement, first: int, last: int) -> tuple[Floats, list[int]]:
@@ -68,35 +106,49 @@ def _arc(begin: Floats, end: Floats, turn: float, share: Floats, placement: Plac
     return made
 
 
-def _eased(share: Floats) -> Floats:
-    """Times from 0 to 1 at which 35t⁴ − 84t⁵ + 70t⁶ − 20t⁷, which begins and ends at rest, comes to each share."""
+def _eased(share: Floats, ramp: float) -> Floats:
+    """Times from 0 to 1 at which the vehicle has gone each share of the way.
+
+    Its speed rises by 10t³ − 15t⁴ + 6t⁵ over the first ``ramp`` of the time, is even, and falls likewise.
+    """
     clock = np.linspace(0, 1, 2001)
-    law = clock**4 * (35 - 84 * clock + 70 * clock**2 - 20 * clock**3)
-    return np.interp(share, law, clock)
+    edge = np.clip(np.minimum(clock, 1 - clock) / ramp, 0, 1)
+    speed = edge**3 * (10 - 15 * edge + 6 * edge**2)
+    gone = np.append(0.0, np.cumsum(speed[1:] + speed[:-1]))
+    return np.interp(share, gone / gone[-1], clock)
 
 
-def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, vehicle: Vehicle, first: int) -> float:
-    """The lowest of the speeds tried at which every tilted waypoint has its thrust."""
+def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, vehicle: Vehicle, first: int) -> Pace:
+    """The lowest of the speeds tried that the vehicle can fly with its thrust as wanted, else the one that comes
+    nearest.
+    """
     tilted = [k for k in range(len(reached)) if route.tilted[first + k]]
-    pulls = path.at(reached[tilted], 3)[2]
-    wanted = placement.direction(route.angles[first + np.array(tilted)])
     square = (TRIED**2)[:, None, None]
-    hardest = np.linalg.norm(square * path.at(path.samples(), 3)[2] + WEIGHT, axis=2).max(axis=1)
-    thrust = square * pulls + WEIGHT
+    clock = np.linspace(0, path.duration, LOOKED_AT)
+    thrust = square * path.at(clock, 3)[2] + WEIGHT
     size = np.linalg.norm(thrust, axis=2)
-    aside = np.arccos(np.clip((thrust * wanted).sum(axis=2) / np.maximum(size, 1e-12), -1, 1))
-    there = (aside <= AIM) & (size >= LEAST)
-    fits = there.all(axis=1)
-    flown = fits & (hardest <= vehicle.usable_thrust)
-    if flown.any():
-        return float(TRIED[np.argmax(flown)])
-    best = int(np.argmin(aside.max(axis=1)))
-    k = int(np.argmax(aside[best])) if not fits.any() else 0
-    angle = np.degrees(np.arccos(np.cos(route.angles[first + tilted[k]])))
-    found = (
-        f"a loop that needs {hardest[fits].min():.0f} m/s² of thrust to tilt by {angle:.0f}°" if fits.any()
-        else f"a tilt of {angle:.0f}° from which thrust stays {np.degrees(aside[best, k]):.0f}° aside at any speed"
+    turned = np.unwrap(placement.tilts(thrust), axis=1)
+    bend = np.abs(np.diff(turned, 2, axis=1)) * (TRIED[:, None] / clock[1]) ** 2
+    turning = (bend / (vehicle.turning * np.maximum(size[:, 1:-1], 1e-9))).max(axis=1)
+    there = square * path.at(reached[tilted], 3)[2] + WEIGHT
+    wanted = placement.direction(route.angles[first + np.array(tilted)])
+    along = (there * wanted).sum(axis=2) / np.maximum(np.linalg.norm(there, axis=2), 1e-9)
+    aside = np.where(np.linalg.norm(there, axis=2) < LEAST, np.pi, np.arccos(np.clip(along, -1, 1)))
+    worst = np.argmax(aside, axis=1)
+    paces = [
+        Pace(float(TRIED[k]), float(size[k].max()), float(turning[k]), float(aside[k, worst[k]]),
+             first + tilted[worst[k]])
+        for k in range(TRIED.size)
+    ]  # fmt: skip
+    return min(paces, key=lambda pace: pace.unfit(vehicle))
+
+
+def _refused(pace: Pace, route: Route, vehicle: Vehicle) -> InputError:
+    tilt = np.degrees(np.arccos(np.cos(route.angles[pace.place])))
+    return InputError(
+        "waypoints", where=route.name(pace.place),
+        found=f"a tilt of {tilt:.0f}° that {vehicle.name} cannot have there: at best thrust points "
+              f"{np.degrees(pace.aside):.0f}° aside, with {pace.thrust / vehicle.usable_thrust:.0%} of the thrust and "
+              f"{pace.turning / RESERVE:.0%} of the moment there are",
+        wanted="a larger loop, on which the angle turns as the path does",
     )  # fmt: skip
-    raise InputError("waypoints", where=route.name(first + tilted[k]), found=found,
-                     wanted=f"at most {vehicle.usable_thrust:.0f} m/s² ({vehicle.name}), and an arc that turns "
-                            "the way the angle does")  # fmt: skip

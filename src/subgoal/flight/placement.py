@@ -63,14 +63,23 @@ class Placement:
         """(n, k) positions in the units of the demonstration, for (n, 3) metres."""
         return np.asarray(world[:, self.axes] / self.scale)
 
+    @property
+    def _across(self) -> tuple[int, float]:
+        """The level axis of a vertical plane, and the sign of a turn from it to up."""
+        first, second = self.axes
+        return (first, 1.0) if second == UP else (second, -1.0)
+
     def direction(self, angles: Floats) -> Floats:
         """(n, 3) which way thrust points at tilts (n,) in a vertical plane: up, turned from its first to its second."""
-        first, second = self.axes
-        turn = 1.0 if second == UP else -1.0
-        across = first if second == UP else second
+        across, sense = self._across
         world = np.zeros((len(angles), 3))
-        world[:, across], world[:, UP] = -turn * np.sin(angles), np.cos(angles)
+        world[:, across], world[:, UP] = -sense * np.sin(angles), np.cos(angles)
         return world
+
+    def tilts(self, thrust: Floats) -> Floats:
+        """(...) tilts in a vertical plane at which thrust points along (..., 3)."""
+        across, sense = self._across
+        return np.asarray(np.arctan2(-sense * thrust[..., across], thrust[..., UP]))
 
     def angles(self, quaternions: Floats) -> Floats:
         """(n,) continuous angles of attitudes (n, 4): the tilt in a vertical plane, else the heading."""
@@ -78,10 +87,7 @@ class Placement:
 
         turned = Rotation.from_quat(quaternions)
         if self.upright:
-            first, second = self.axes
-            across, turn = (first, 1.0) if second == UP else (second, -1.0)
-            thrust = turned.apply([0.0, 0.0, 1.0])
-            return np.unwrap(np.arctan2(-turn * thrust[:, across], thrust[:, UP]))
+            return np.unwrap(self.tilts(turned.apply([0.0, 0.0, 1.0])))
         nose = turned.apply([1.0, 0.0, 0.0])
         return np.unwrap(np.arctan2(nose[:, 1], nose[:, 0]))
 

@@ -49,6 +49,16 @@ class Vehicle:
         return RESERVE * self.most_thrust
 
     @property
+    def turning(self) -> float:
+        """Angular acceleration about a level axis for each m/s² of thrust, with all of it on one side: rad/s² per m/s².
+
+        More would need rotors that pull.
+        """
+        p = self.parameters
+        arm = min(abs(float(each[0])) for each in p["rotor_pos"].values())
+        return float(arm * p["mass"] / max(p["Ixx"], p["Iyy"]))
+
+    @property
     def hover_speed(self) -> float:
         """Speed of each rotor, rad/s, that carries the weight."""
         p = self.parameters
@@ -79,7 +89,6 @@ class Simulated:
 
     rotorpy's dynamics give the accelerations. Rotors follow their commands exactly as its first-order lag says, and the
     rest is stepped by the midpoint rule: two evaluations a step, where ``Multirotor.step`` sets up an adaptive solver.
-    The controller is told angular velocities relative to those of the commanded attitude, which it takes to be zero.
     """
 
     def __init__(self, vehicle: Vehicle, position: Floats, yaw: float, step: float) -> None:
@@ -96,9 +105,15 @@ class Simulated:
             "rotor_speeds": np.full(p["num_rotors"], vehicle.hover_speed),
         }  # fmt: skip
 
-    def command(self, time: float, flat: dict[str, Any], rates: Floats, told: Floats) -> Floats:
-        """(4,) rotor speeds for the flat output; ``rates`` (3,) are those of its attitude, ``told`` the position."""
-        seen = {**self.state, "x": told, "w": self.state["w"] - rates}
+    def command(self, time: float, flat: dict[str, Any], rates: Floats, angular: Floats, told: Floats) -> Floats:
+        """(4,) rotor speeds for the flat output; ``told`` (3,) is the position that is measured.
+
+        ``rates`` and ``angular`` (3,) are the angular velocity and acceleration of the attitude of the flat output. The
+        controller holds that attitude as if it stood still; seen from it, an error −``angular`` / kd asks for the
+        moment that turns the vehicle along with it.
+        """
+        error = self.state["w"] - rates - angular / self._controller.kd_att
+        seen = {**self.state, "x": told, "w": error}
         speeds = self._controller.update(time, seen, flat)["cmd_motor_speeds"]
         return np.asarray(np.clip(speeds, self._slowest, self._fastest))
 
