@@ -16,6 +16,8 @@ from subgoal.streaming.table import GrowingTable
 
 RECENT, OLDER = 16, 16
 """Pairs that are redrawn with a new one: the ones before it, and some of the others by lot."""
+ROUNDS = 4
+"""So often, each time followed by the move of one table."""
 KEPT = 16
 """Latest draws of each chain that are kept."""
 FIRST_ROOM = 256
@@ -51,17 +53,18 @@ class Chains:
         return np.ascontiguousarray(self._latest[:held, :, : self._size].swapaxes(0, 1))
 
     def seat(self, table: GrowingTable, concentration: float) -> None:
-        """Draw the newest pair's candidate given all others, then redraw some old pairs and move one table."""
+        """Draw the newest pair's candidate given all others, then redraw some old pairs and move some tables."""
         n, log_prior = table.n_pairs, table.candidates.log_prior
         self._theta = np.ascontiguousarray(_longer(self._theta, n))
         self._latest = _longer(self._latest, n)
         self._theta[:, n - 1], self._size = 0, n
         rows = self._rows(n)
         relative = _relative(table.values[rows, : table.n_candidates], log_prior)
-        prior, moved = np.exp(log_prior), int(self._lot.integers(n))
+        prior, moved = np.exp(log_prior), self._lot.integers(n, size=ROUNDS).tolist()
         for theta, generator in zip(self.theta, self.generators, strict=True):
-            redraw_some(rows, relative, theta, prior, concentration, generator)
-            move_table(moved, table.values, theta, concentration * prior, log_prior, generator)
+            for i in moved:
+                redraw_some(rows, relative, theta, prior, concentration, generator)
+                move_table(i, table.values, theta, concentration * prior, log_prior, generator)
         self._latest[:, :, n - 1] = self._theta[:, n - 1]
         self._push(self.theta)
 
