@@ -19,6 +19,8 @@ from subgoal.runtime.seeds import stream
 FEWEST, MOST = 40, 100
 """Hops."""
 NEAR = 0.1
+SAMPLING = {"draws": 400, "warmup": 400, "thin": 5}
+"""A tenth of the default draws; there are thousands of pairs."""
 FLOWN = 12
 """Hops that are flown."""
 
@@ -26,7 +28,7 @@ FLOWN = 12
 def experiment(options: Options) -> tuple[Headline, Figure]:
     """Every seed is learned; the first hops of the first are flown."""
     seeds = range(options.seed, options.seed + (QUICK_SEEDS if options.quick else SEEDS))
-    every = over_seeds(seeds, lambda seed: learn(shown(seed), seed))
+    every = over_seeds(seeds, lambda seed: learn(shown(seed), seed, **SAMPLING))
     worst = [float(misses(learned.places, CORNERS).max()) for learned in every]
     counts = [len(learned.main) for learned in every]
     first = learn(beginning(seeds[0]), seeds[0])

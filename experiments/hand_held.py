@@ -21,7 +21,7 @@ FLOOR = 0.5
 """Height of the lowest point, metres."""
 CORNERS = SIDE * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) + [-SIDE / 2, FLOOR]
 """Of the square, in the plane (y, z) of the hand."""
-HALF_WIDTH, HALF_HEIGHT = 0.1, 0.5
+HALF_WIDTH, HALF_HEIGHT = 0.075, 0.5
 """Of the flip, metres."""
 TURN = 2 * np.pi
 

@@ -46,7 +46,7 @@ def draw_flight(axes: Axes, learned: Learned, flown: Flown) -> None:
     axes.plot(*flown.flight.positions[:, 1:].T, color=PALETTE[1], lw=1.8, label="quadrotor")
     places = flown.waypoints.positions
     axes.plot(*places[:, :2].T, "s", color=PALETTE[0], mec="white", ms=9, label="waypoints", zorder=4)
-    axes.legend(loc="center")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
     frame(axes)
 
 

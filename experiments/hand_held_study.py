@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -80,8 +80,8 @@ class Clock:
         self._last = now
 
 
-def learn(recording: Recording, seed: int) -> Learned:
-    """Through a CSV file, as a user has it, to subgoals."""
+def learn(recording: Recording, seed: int, **sampling: Any) -> Learned:
+    """Through a CSV file, as a user has it, to subgoals; ``sampling`` are settings of ``sample``."""
     table = pd.DataFrame(recording.positions, columns=list(recording.names)).assign(t=recording.times)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hand.csv"
@@ -93,14 +93,14 @@ def learn(recording: Recording, seed: int) -> Learned:
     clock.lap("table")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
-        posterior = sample(likelihood, seed=seed)
+        posterior = sample(likelihood, seed=seed, **sampling)
     clock.lap("sample")
     found = subgoals(posterior)
     clock.lap("subgoals")
     return Learned(demos, posterior, found, clock.seconds)
 
 
-def flown(learned: Learned, **settings: object) -> Flown:
+def flown(learned: Learned, **settings: Any) -> Flown:
     """The subgoals flown as waypoints in the order of the demonstration."""
     clock = Clock()
     route = waypoints(learned.posterior, found=learned.found, **settings)

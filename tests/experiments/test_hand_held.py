@@ -64,7 +64,7 @@ def test_a_flip_is_level_below_and_inverted_above_and_turns_once() -> None:
     assert poses[top, 1] == pytest.approx(FLOOR + 1.0, abs=1e-3)
     assert poses[top, 2] == pytest.approx(np.pi, abs=0.02)
     assert poses[0].tolist() == [0, FLOOR, 0] and poses[-1, 2] == pytest.approx(2 * np.pi, abs=0.02)
-    assert np.abs(poses[:, 0]).max() == pytest.approx(0.1, abs=1e-3)
+    assert np.abs(poses[:, 0]).max() == pytest.approx(0.075, abs=1e-3)
 
 
 def test_a_missing_subgoal_is_infinitely_far_and_angles_wrap() -> None:

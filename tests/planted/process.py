@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -45,6 +46,7 @@ def _pytest(folder: Path, loops: Path, log: Path, tests: tuple[str, ...], compil
     stream = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     for each in (1, 2):
         os.dup2(stream, each)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     os.chdir(ROOT)
     os.environ |= {
         "PYTHONPATH": str(folder / "src"), "NUMBA_CACHE_DIR": str(loops), "PYTHONDONTWRITEBYTECODE": "1",
