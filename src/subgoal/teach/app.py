@@ -17,7 +17,7 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from subgoal.plots.style import PALETTE, ink_on
+from subgoal.plots.style import OTHER_COLOUR, PALETTE, ink_on
 from subgoal.teach.door import Door
 from subgoal.teach.limits import Limits
 from subgoal.teach.messages import Hello, RefusedError, parse
@@ -45,7 +45,7 @@ def make_app(*, token: str, host: str, port: int, out: Path, limits: Limits | No
     """The application behind its door, for ``host:port``; projects are saved in ``out``."""
     limits = limits or Limits()
     files = page_files()
-    colours = {"palette": list(PALETTE), "inks": [ink_on(each) for each in PALETTE]}
+    colours = {"palette": list(PALETTE), "inks": [ink_on(each) for each in PALETTE], "other": OTHER_COLOUR}
     files["colours.js"] = (f"export const COLOURS = {json.dumps(colours)};\n".encode(), KINDS["js"])
     register = Register(limits, out)
 

@@ -11,6 +11,7 @@ from subgoal.demonstrations.records import Recording, Source
 from subgoal.teach.limits import Limits
 from subgoal.teach.messages import Point, RefusedError
 
+BY_HAND = "drawing"
 NAMES = ("y", "z")
 """To the right and up."""
 
@@ -47,6 +48,11 @@ class Sheet:
         """Points of all strokes."""
         return sum(map(len, self.strokes))
 
+    @property
+    def by_hand(self) -> bool:
+        """Whether nothing of it is from a file."""
+        return self.source == BY_HAND
+
     def recording(self) -> Recording:
         """Each stroke a trajectory, "stroke 1" and so on. Raises ``InputError`` where nothing is drawn."""
         rows = np.array([point for stroke in self.strokes for point in stroke], float).reshape(-1, 3)
@@ -63,6 +69,11 @@ def stroke_name(k: int) -> str:
     return f"stroke {k + 1}"
 
 
+def stroke_of(name: str) -> int:
+    """The number (from 0) of the stroke of that name."""
+    return int(name.split()[-1]) - 1
+
+
 class Drawing:
     """What a session has drawn; each operation raises ``RefusedError`` and changes nothing where it cannot be done."""
 
@@ -75,7 +86,7 @@ class Drawing:
         self._strokes: list[list[Point]] = []
         self._drawn = False
         self._names: tuple[str, ...] = NAMES
-        self._units, self._time_unit, self._source = "m", "s", "drawing"
+        self._units, self._time_unit, self._source = "m", "s", BY_HAND
 
     @property
     def n_points(self) -> int:

@@ -14,14 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from subgoal.answers.subgoals import Subgoals
 from subgoal.demonstrations.readers import format_of, read_recording
 from subgoal.demonstrations.readers.layout import find_layout
 from subgoal.demonstrations.records import Recording, Source
+from subgoal.posterior.posterior import Posterior
 from subgoal.reporting.results import write_results
 from subgoal.runtime.errors import InputError
 from subgoal.teach.drawing import NAMES, Sheet, stroke_name
-from subgoal.teach.flying import save_waypoints
-from subgoal.teach.learning import Answer
+from subgoal.teach.flying import waypoint_text
 from subgoal.teach.limits import Limits
 
 HEADS = ("time", *NAMES, "stroke")
@@ -69,7 +70,7 @@ def planar(recording: Recording) -> Recording:
     return replace(recording, positions=positions, names=chosen, actions=None, period=(), quaternion=None)
 
 
-def save_project(sheet: Sheet, answer: Answer, out: Path) -> Path:
+def save_project(sheet: Sheet, found: Subgoals, posterior: Posterior, out: Path) -> Path:
     """A new folder in ``out``: recording.csv, waypoints.csv and .json, and all that ``write_results`` writes.
 
     It has the time in its name, and is whole or not there.
@@ -84,9 +85,9 @@ def save_project(sheet: Sheet, answer: Answer, out: Path) -> Path:
             writer.writerows(
                 (*map(repr, point), stroke_name(k)) for k, stroke in enumerate(sheet.strokes) for point in stroke
             )
+        write_results(posterior, aside, found=found)
         for kind in ("csv", "json"):
-            save_waypoints(answer.posterior, aside / f"waypoints.{kind}")
-        write_results(answer.posterior, aside, found=answer.found)
+            (aside / f"waypoints.{kind}").write_text(waypoint_text(posterior, kind), encoding="utf-8")
         return _moved(aside, out)
     finally:
         shutil.rmtree(aside, ignore_errors=True)

@@ -8,11 +8,15 @@ from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
+from subgoal.answers.subgoals import Subgoals
+from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.errors import SubgoalError
 from subgoal.teach.drawing import Drawing, Sheet
 from subgoal.teach.files import read_dropped, save_project
+from subgoal.teach.flying import flown, waypoint_text
 from subgoal.teach.learning import DRAWING, FULL, SETTLED, Answer, Tuning, demonstrations_of, learn
 from subgoal.teach.limits import Limits
+from subgoal.teach.live import Live
 from subgoal.teach.messages import RefusedError
 from subgoal.teach.picture import nothing, picture, shown
 from subgoal.teach.workshop import Workshop
@@ -24,6 +28,7 @@ IDLE = 0.3
 """Seconds without a change before the default run begins."""
 TOO_LITTLE = "Draw a little more."
 Send = Callable[[dict[str, Any]], None]
+Act = Callable[[Sheet, Subgoals, Posterior], Coroutine[Any, Any, None]]
 
 
 class Learner:
@@ -39,6 +44,7 @@ class Learner:
         self._watching: asyncio.Task[None] | None = None
         self._learned: tuple[Any, Answer | None] = (None, None)
         self._said: dict[str, Any] | None = None
+        self._live = Live()
 
     def look(self, number: int) -> None:
         """Operation ``number`` has been done: see whether the drawing or the parameters are other than before."""
@@ -72,7 +78,7 @@ class Learner:
 
     def export(self, kind: str) -> None:
         """Send waypoints."""
-        self._start(self._of_full("export", lambda sheet, answer: self._export(kind, answer)))
+        self._start(self._of_full("export", lambda sheet, found, posterior: self._export(kind, posterior)))
 
     def close(self) -> None:
         """Nothing more is computed."""
@@ -114,23 +120,23 @@ class Learner:
             if self._learned[0] == key and self._learned[1] is not None and self._learned[1].stage == FULL:
                 return self._learned[1]
             run = self._workshop.later if stage == FULL else self._workshop.now
-            answer, said = await run(_work, sheet, self.tuning, stage, number, self._limits)
+            answer, said = await run(_work, sheet, self.tuning, stage, number, self._limits, self._live)
             same = key == self._key() if stage != DRAWING else sheet.lineage == self._drawing.sheet().lineage
             if same:
                 self._learned, self._said = (key, answer), said
                 self._send(said)
             return answer
 
-    async def _of_full(self, what: str, act: Callable[[Sheet, Answer], Coroutine[Any, Any, None]]) -> None:
+    async def _of_full(self, what: str, act: Act) -> None:
         """``act`` on the default run of the drawing as it is; the page is told where that cannot be."""
         sheet, number = self._drawing.sheet(), self._number + 1
         try:
             if sheet.drawn:
                 raise RefusedError("cannot", "Lift the pen first.")
             answer = await self._answer(FULL)
-            if answer is None:
+            if answer is None or answer.posterior is None:
                 raise RefusedError("cannot", f"There is nothing to {what} yet: draw a path first.")
-            await act(sheet, answer)
+            await act(sheet, answer.found, answer.posterior)
         except SubgoalError as problem:
             self._send({"type": "error", "code": "cannot", "text": str(problem), "number": number})
         except RefusedError as problem:
@@ -149,26 +155,29 @@ class Learner:
         self._send(shown(self._drawing.sheet()))
         self.look(self._number)
 
-    async def _save(self, sheet: Sheet, answer: Answer) -> None:
-        folder = await self._workshop.now(save_project, sheet, answer, self._out)
+    async def _save(self, sheet: Sheet, found: Subgoals, posterior: Posterior) -> None:
+        folder = await self._workshop.now(save_project, sheet, found, posterior, self._out)
         self._send({"type": "saved", "folder": str(folder)})
 
-    async def _fly(self, sheet: Sheet, answer: Answer) -> None:
-        raise RefusedError("cannot", "not yet")
+    async def _fly(self, sheet: Sheet, found: Subgoals, posterior: Posterior) -> None:
+        self._send(await self._workshop.now(flown, posterior))
 
-    async def _export(self, kind: str, answer: Answer) -> None:
-        raise RefusedError("cannot", "not yet")
+    async def _export(self, kind: str, posterior: Posterior) -> None:
+        text = await self._workshop.now(waypoint_text, posterior, kind)
+        self._send({"type": "file", "name": f"waypoints.{kind}", "text": text})
 
 
 def _work(
-    sheet: Sheet, tuning: Tuning, stage: str, number: int, limits: Limits
+    sheet: Sheet, tuning: Tuning, stage: str, number: int, limits: Limits, live: Live
 ) -> tuple[Answer | None, dict[str, Any]]:
     """In a thread: the answer and its picture, or why there is none."""
     if sheet.n_points == 0:
         return None, nothing(number)
     try:
-        answer = learn(demonstrations_of(sheet.recording(), limits.pairs), tuning, stage)
+        if stage == DRAWING and sheet.by_hand:
+            answer = live.answer(sheet, tuning)
+        else:
+            answer = learn(demonstrations_of(sheet.recording(), limits.pairs), tuning, stage)
     except SubgoalError as problem:
-        too_little = sheet.source == "drawing" and sheet.n_points <= limits.points
-        return None, nothing(number, TOO_LITTLE if too_little else str(problem))
+        return None, nothing(number, TOO_LITTLE if sheet.by_hand else str(problem))
     return answer, picture(answer, number)

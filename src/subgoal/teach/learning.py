@@ -11,9 +11,11 @@ from subgoal.candidates import epsilon_net
 from subgoal.demonstrations.prepare import demonstrate
 from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.likelihood.action_comparison import action_comparison
+from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import ConvergenceWarning, sample
 from subgoal.runtime.errors import InputError
+from subgoal.teach.drawing import stroke_of
 
 RATE = 20.0
 """Pairs per second that are learned from."""
@@ -39,17 +41,39 @@ class Run:
     thin: int = 10
 
 
-RUNS = {DRAWING: Run(draws=50, warmup=50, thin=2), SETTLED: Run(draws=200, warmup=200, thin=5), FULL: Run()}
+RUNS = {DRAWING: Run(draws=100, warmup=100, thin=2), SETTLED: Run(draws=200, warmup=200, thin=5), FULL: Run()}
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What is known of a drawing at a stage."""
+    """What is known of a drawing at a stage.
+
+    Attributes
+    ----------
+    found, cut:
+        Subgoals and segments.
+    strokes:
+        The stroke (from 0) of each trajectory: strokes of one point are none.
+    pairs:
+        State-action pairs learned from.
+    radius:
+        ε of the candidates.
+    posterior:
+        Where there is one: not while the pen is down.
+    """
 
     stage: str
-    posterior: Posterior
     found: Subgoals
     cut: Segments
+    strokes: tuple[int, ...]
+    pairs: int
+    radius: float
+    posterior: Posterior | None = None
+
+    @property
+    def status(self) -> Status | None:
+        """That of the posterior."""
+        return None if self.posterior is None else self.posterior.status
 
 
 def demonstrations_of(recording: Recording, pairs: int | None = None) -> Demonstrations:
@@ -72,4 +96,6 @@ def learn(demos: Demonstrations, tuning: Tuning, stage: str = FULL) -> Answer:
             thin=run.thin, seed=0, workers=1,
         )  # fmt: skip
     found = subgoals(posterior)
-    return Answer(stage, posterior, found, segments(posterior, found))
+    strokes = tuple(stroke_of(name) for name in demos.trajectory_names)
+    cut = segments(posterior, found)
+    return Answer(stage, found, cut, strokes, demos.n_observations, posterior.candidates.radius, posterior)

@@ -113,6 +113,8 @@ def parse(message: str | bytes, limits: Limits) -> Hello | Operation:
         raise RefusedError("too-large", f"a message of more than {limits.message_bytes:,} bytes")
     fields = _fields(message)
     kind = fields.pop("type", None)
+    if not isinstance(kind, str):
+        raise RefusedError("malformed", "type: wanted a word")
     if kind == "hello":
         session = fields.pop("session", None)
         hello = Hello(_name(fields.pop("page", None)), None if session is None else _name(session))
@@ -123,7 +125,7 @@ def parse(message: str | bytes, limits: Limits) -> Hello | Operation:
         _nothing_left(fields)
         return SIMPLE[kind](number)
     if kind not in DETAILED:
-        raise RefusedError("malformed", f"no message is of type {str(kind)[:40]!r}")
+        raise RefusedError("malformed", f"no message is of type {kind[:40]!r}")
     operation = DETAILED[kind](number, fields, limits)
     _nothing_left(fields)
     return operation
@@ -177,10 +179,10 @@ def _export(number: int, fields: dict[str, Any], limits: Limits) -> Export:
     return Export(number, chosen)
 
 
-SIMPLE: dict[Any, Callable[[int], Operation]] = {
+SIMPLE: dict[str, Callable[[int], Operation]] = {
     "begin": Begin, "lift": Lift, "undo": Undo, "clear": Clear, "fly": Fly, "save": Save,
 }  # fmt: skip
-DETAILED: dict[Any, Callable[[int, dict[str, Any], Limits], Operation]] = {
+DETAILED: dict[str, Callable[[int, dict[str, Any], Limits], Operation]] = {
     "points": _points, "tune": _tune, "export": _export,
 }  # fmt: skip
 
@@ -198,7 +200,7 @@ def _dropped(message: bytes, limits: Limits) -> Dropped:
     if fields.pop("type", None) != "file":
         raise RefusedError("malformed", "bytes that are no file")
     number, name = _number(fields), fields.pop("name", None)
-    if not isinstance(name, str) or not 0 < len(name) <= LONGEST_FILE_NAME:
+    if not isinstance(name, str) or not 0 < len(name) <= LONGEST_FILE_NAME or not name.isprintable():
         raise RefusedError("malformed", "name: wanted that of the file")
     _nothing_left(fields)
     return Dropped(number, name, content)

@@ -14,14 +14,11 @@ HALF_WIDTH, HEIGHT = 2.0, 3.0
 """Of the empty plane, metres: y from −2 to 2, z from 0 to 3."""
 MARGIN = 0.08
 LEAST_CHANCE = 0.005
-NOT_YET = "Not settled yet: more draws are needed."
 
 
 def picture(answer: Answer, number: int) -> dict[str, Any]:
     """Subgoals with their uncertainty, segments by stroke and time, and the posterior over how many there are."""
-    demos, found = answer.posterior.demonstrations, answer.found
-    strokes = [int(name.split()[-1]) - 1 for name in demos.trajectory_names]
-    converged = answer.posterior.status is Status.CONVERGED
+    found, status = answer.found, answer.status
     return {
         "type": "answer",
         "number": number,
@@ -29,19 +26,19 @@ def picture(answer: Answer, number: int) -> dict[str, Any]:
         "subgoals": [
             {"y": float(goal.position[0]), "z": float(goal.position[1]), "share": goal.share, "low":
              goal.share_interval[0], "high": goal.share_interval[1], "inclusion": goal.inclusion,
-             "radius": goal.radius + answer.posterior.candidates.radius, "counted": reaches(goal.share, COUNTED_FROM)}
+             "radius": goal.radius + answer.radius, "counted": reaches(goal.share, COUNTED_FROM)}
             for goal in found
         ],
         "n": found.n_subgoals,
         "counts": {str(k): p for k, p in found.n_subgoals_distribution.items() if p >= LEAST_CHANCE},
         "segments": [
-            {"stroke": strokes[cut.trajectory], "begin": cut.begin, "end": cut.end,
+            {"stroke": answer.strokes[cut.trajectory], "begin": cut.begin, "end": cut.end,
              "subgoal": -1 if cut.subgoal == OTHER else cut.subgoal, "probability": cut.probability}
             for cut in answer.cut
         ],
-        "pairs": demos.n_observations,
-        "converged": converged,
-        "status": "converged" if converged else NOT_YET if answer.stage != FULL else answer.posterior.status.value,
+        "pairs": answer.pairs,
+        "converged": status is Status.CONVERGED,
+        "status": "the latest draws" if status is None else status.value,
     }  # fmt: skip
 
 

@@ -5,10 +5,15 @@ from __future__ import annotations
 import secrets
 import socket
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from subgoal.runtime.checks import whole
 from subgoal.runtime.errors import InputError, MissingExtraError
 from subgoal.teach.limits import Limits
+
+if TYPE_CHECKING:
+    import uvicorn
+    from starlette.applications import Starlette
 
 LOOPBACK = "127.0.0.1"
 TOKEN_BYTES = 24
@@ -50,17 +55,23 @@ def serve(
     port, token = listening.getsockname()[1], secrets.token_urlsafe(TOKEN_BYTES)
     app = make_app(token=token, host=host, port=port, out=Path(out), limits=limits)
     warm_up()
-    config = uvicorn.Config(
-        app, log_level="warning", access_log=False, server_header=False, ws="websockets-sansio",
-        ws_max_size=limits.file_bytes + SPARE, ws_per_message_deflate=False, timeout_graceful_shutdown=2,
-    )  # fmt: skip
     url = f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}/"
     print(f"Teach at {url}\nProjects are saved in {Path(out)}. Ctrl-C ends.", flush=True)
     if open:
         import webbrowser
 
         webbrowser.open(url)
-    uvicorn.Server(config).run(sockets=[listening])
+    uvicorn.Server(settings(app, limits)).run(sockets=[listening])
+
+
+def settings(app: Starlette, limits: Limits) -> uvicorn.Config:
+    """Of the server: it writes no address to any log, and takes no message larger than a file."""
+    import uvicorn
+
+    return uvicorn.Config(
+        app, log_level="warning", access_log=False, server_header=False, ws="websockets-sansio",
+        ws_max_size=limits.file_bytes + SPARE, ws_per_message_deflate=False, timeout_graceful_shutdown=2,
+    )  # fmt: skip
 
 
 def bound(host: str, port: int) -> socket.socket:
@@ -78,12 +89,12 @@ def bound(host: str, port: int) -> socket.socket:
 def warm_up() -> None:
     """Learn from a small drawing, so that everything is loaded and compiled before anybody waits for it."""
     from subgoal.teach.drawing import Drawing
-    from subgoal.teach.learning import DRAWING, SETTLED, Tuning, demonstrations_of, learn
+    from subgoal.teach.learning import SETTLED, Tuning, demonstrations_of, learn
+    from subgoal.teach.live import Live
 
     drawing = Drawing(Limits())
     drawing.begin()
     drawing.add(tuple((0.05 * k, 0.04 * min(k, 20), 0.5 + 0.04 * max(k - 20, 0)) for k in range(41)))
+    Live().answer(drawing.sheet(), Tuning())
     drawing.lift()
-    demos = demonstrations_of(drawing.sheet().recording())
-    for stage in (DRAWING, SETTLED):
-        learn(demos, Tuning(), stage)
+    learn(demonstrations_of(drawing.sheet().recording()), Tuning(), SETTLED)

@@ -75,7 +75,7 @@ function drawing(news) {
 function answer(news) {
   if (news.number < state.since) return;
   plane.show(news);
-  showAnswer(news, plane.units);
+  showAnswer(news, plane.units, plane.slots);
   state.answer = news;
   refresh();
 }

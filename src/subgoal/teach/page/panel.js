@@ -10,11 +10,13 @@ const QUIET = 2500; // milliseconds between two sentences while drawing
 
 let said = 0;
 
-export function showAnswer(answer, units) {
+// slots: the number of each subgoal on the plane, from 0.
+export function showAnswer(answer, units, slots) {
   const chip = find("stage");
   if (!answer || (!answer.subgoals.length && !answer.status)) {
     find("headline").textContent = "No subgoals yet";
-    chip.textContent = find("certainty").textContent = "";
+    chip.textContent = "";
+    find("certainty").textContent = "They appear here, with how sure they are.";
     find("bars").replaceChildren();
     find("goals").replaceChildren();
     find("bars").setAttribute("aria-label", "How many subgoals: nothing drawn yet");
@@ -28,8 +30,12 @@ export function showAnswer(answer, units) {
   const sure = answer.counts[answer.n];
   find("certainty").textContent = !answer.subgoals.length ? answer.status : sure ? `${percent(sure)} sure` : "";
   bars(answer);
-  find("goals").replaceChildren(...answer.subgoals.map((goal, k) => row(goal, k, units)));
-  tell(answer);
+  const listed = answer.subgoals.map((goal, k) => [slots[k], goal]).filter(([, goal]) => goal.counted);
+  listed.sort((a, b) => a[0] - b[0]);
+  const rows = listed.map(([slot, goal]) => row(goal, slot, units));
+  if (answer.subgoals.length > listed.length) rows.push(rest(answer.subgoals.length - listed.length));
+  find("goals").replaceChildren(...rows);
+  tell(answer, listed);
 }
 
 function bars(answer) {
@@ -44,7 +50,7 @@ function bars(answer) {
     const bar = document.createElement("span");
     bar.className = p === most ? "bar most" : "bar";
     const column = document.createElement("i");
-    column.style.height = `${62 * p}%`;
+    column.style.setProperty("--p", p);
     const name = document.createElement("b");
     name.textContent = k;
     bar.append(p >= 0.005 ? percent(p) : "", column, name);
@@ -73,13 +79,20 @@ function row(goal, k, units) {
   return item;
 }
 
-function tell(answer) {
+function rest(n) {
+  const item = document.createElement("li");
+  item.className = "faint";
+  item.textContent = `${n} more with less than 5 % of the path`;
+  return item;
+}
+
+function tell(answer, listed) {
   const now = performance.now();
   if (!answer.subgoals.length || answer.stage === "full" || (answer.stage === "drawing" && now - said < QUIET)) return;
   said = now;
   const sure = answer.counts[answer.n];
-  find("news").textContent = `${few(answer.n)}${sure ? `, ${percent(sure)} sure` : ""}: ${answer.subgoals.map((goal, k) =>
-    `${k + 1} at ${goal.y.toFixed(1)}, ${goal.z.toFixed(1)}`).join("; ")}`;
+  find("news").textContent = `${few(answer.n)}${sure ? `, ${percent(sure)} sure` : ""}: ${listed.map(([slot, goal]) =>
+    `${slot + 1} at ${goal.y.toFixed(1)}, ${goal.z.toFixed(1)}`).join("; ")}`;
 }
 
 export function message(text, bad = false) {

@@ -3,12 +3,13 @@
 import { COLOURS } from "./colours.js";
 import { drawFlight } from "./quadrotor.js";
 
-const EXAMPLE = [[-1.45, 0.55], [-1.3, 1.3], [-1.0, 1.95], [-0.45, 2.2], [0.1, 2.05], [0.5, 1.6], [0.9, 1.35], [1.45, 1.3]];
+const EXAMPLE = [[-1.45, 1.0], [-1.35, 1.5], [-1.05, 2.0], [-0.45, 2.2], [0.1, 2.05], [0.5, 1.6], [0.9, 1.35], [1.45, 1.3]];
 const EXAMPLE_GOALS = [[-0.45, 2.2], [1.45, 1.3]];
-const EASE = 0.28;
+const EASE = 0.28; // of the way that is left, in each frame
+const NEAR = 0.1; // of the height, within which a subgoal is the one of before
 
-export const colourOf = (k) => (k < 0 ? "#9A9A9A" : COLOURS.palette[k % COLOURS.palette.length]);
-export const inkOf = (k) => (k < 0 ? "#000000" : COLOURS.inks[k % COLOURS.inks.length]);
+export const colourOf = (k) => (k < 0 ? COLOURS.other : COLOURS.palette[k % COLOURS.palette.length]);
+export const inkOf = (k) => (COLOURS.inks[k % COLOURS.inks.length]);
 
 export class Plane {
   constructor(canvas) {
@@ -19,6 +20,7 @@ export class Plane {
     this.strokes = [];
     this.answer = null;
     this.discs = [];
+    this.slots = [];
     this.flight = null;
     this.pen = null;
     this.calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -50,14 +52,27 @@ export class Plane {
     return [Math.min(right, Math.max(left, y)), Math.min(high, Math.max(low, z))];
   }
 
-  // A new answer: discs move from where they were.
+  // A new answer: discs move from where they were. While the pen is down each keeps its number and colour, afterwards
+  // they have those of the report.
   show(answer) {
-    this.answer = answer;
     const before = this.discs;
-    this.discs = (answer?.subgoals ?? []).map((goal, k) => {
-      const near = before.find((each) => Math.hypot(each.y - goal.y, each.z - goal.z) < 0.06 * this.height);
-      const from = this.calm.matches || !near ? { ...goal, size: this.calm.matches ? 1 : 0 } : near;
-      return { ...goal, k, y: from.y, z: from.z, size: from.size ?? 1, goal };
+    this.answer = answer;
+    const goals = answer?.subgoals ?? [];
+    const kept = goals.map((goal) =>
+      before.find((each) => Math.hypot(each.goal.y - goal.y, each.goal.z - goal.z) < NEAR * this.height));
+    this.slots = goals.map((_, k) => k);
+    if (answer?.stage === "drawing") {
+      const taken = new Set();
+      this.slots = kept.map((each) => (each && !taken.has(each.slot) && taken.add(each.slot) ? each.slot : -1));
+      for (const [k, slot] of this.slots.entries()) {
+        if (slot >= 0) continue;
+        this.slots[k] = goals.findIndex((_, free) => !taken.has(free));
+        taken.add(this.slots[k]);
+      }
+    }
+    this.discs = goals.map((goal, k) => {
+      const from = this.calm.matches ? { ...goal, size: 1 } : kept[k] ?? { ...goal, size: 0 };
+      return { y: from.y, z: from.z, size: from.size, slot: this.slots[k], goal };
     });
     this.again();
   }
@@ -124,10 +139,9 @@ export class Plane {
 
   example(c) {
     c.save();
-    c.globalAlpha = 0.5;
     c.setLineDash([2, 9]);
     c.lineWidth = 3;
-    c.strokeStyle = this.ink.path;
+    c.strokeStyle = this.ink.axis;
     c.beginPath();
     const points = EXAMPLE.map((each) => this.at(each));
     c.moveTo(...points[0]);
@@ -140,8 +154,7 @@ export class Plane {
     c.setLineDash([]);
     for (const [k, place] of EXAMPLE_GOALS.entries()) {
       const [x, y] = this.at(place);
-      c.beginPath();
-      c.arc(x, y, 15, 0, 2 * Math.PI);
+      this.circle(c, x, y, 15);
       c.fillStyle = this.ink.card;
       c.fill();
       c.lineWidth = 2;
@@ -163,7 +176,7 @@ export class Plane {
       const until = !part ? Infinity : next ? (part.end + next.begin) / 2 : open ? part.end + 0.06 : Infinity;
       const last = i === points.length;
       if (!last && points[i][0] <= until) continue;
-      this.line(c, points, from, last ? i : i + 1, part ? colourOf(part.subgoal) : this.ink.path);
+      this.line(c, points, from, last ? i : i + 1, part ? colourOf(part.subgoal < 0 ? -1 : this.slots[part.subgoal]) : this.ink.path);
       from = i;
       if (part) cut += 1;
     }
@@ -193,31 +206,32 @@ export class Plane {
     return moving;
   }
 
-  disc(c, { y, z, size, k, goal }) {
+  disc(c, { y, z, size, slot, goal }) {
     const [x, down] = this.at([y, z]);
-    const colour = colourOf(k);
-    const r = size * (goal.counted ? 11 + 16 * Math.sqrt(Math.min(1, goal.share)) : 7);
-    const wide = size * Math.max(r + 5, goal.radius * this.scale);
-    c.globalAlpha = 0.16;
-    c.fillStyle = colour;
-    c.beginPath();
-    c.arc(x, down, wide, 0, 2 * Math.PI);
+    const r = size * (goal.counted ? 11 + 16 * Math.sqrt(Math.min(1, goal.share)) : 4);
+    c.fillStyle = c.strokeStyle = goal.counted ? colourOf(slot) : this.ink.faint;
+    c.globalAlpha = goal.counted ? 0.16 : 0.1;
+    this.circle(c, x, down, size * Math.max(r + 5, goal.radius * this.scale));
     c.fill();
-    c.globalAlpha = goal.counted ? 1 : 0.6;
-    c.beginPath();
-    c.arc(x, down, r, 0, 2 * Math.PI);
+    c.globalAlpha = 1;
+    this.circle(c, x, down, r);
     c.fill();
-    c.lineWidth = 3;
-    c.strokeStyle = this.ink.card;
-    c.stroke();
+    if (!goal.counted) return;
     c.lineWidth = 2.5;
-    c.strokeStyle = colour;
     c.beginPath();
     c.arc(x, down, r + 3.5, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * goal.inclusion);
     c.stroke();
-    c.fillStyle = inkOf(k);
-    if (r > 6) this.number(c, x, down, k + 1, Math.min(17, r));
-    c.globalAlpha = 1;
+    c.lineWidth = 2;
+    c.strokeStyle = this.ink.card;
+    this.circle(c, x, down, r + 1);
+    c.stroke();
+    c.fillStyle = inkOf(slot);
+    if (r > 6) this.number(c, x, down, slot + 1, Math.min(17, r));
+  }
+
+  circle(c, x, y, r) {
+    c.beginPath();
+    c.arc(x, y, r, 0, 2 * Math.PI);
   }
 
   number(c, x, y, text, size) {

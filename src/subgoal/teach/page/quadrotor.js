@@ -1,7 +1,7 @@
 // The simulated flight: a quadrotor from the side, tilted as it flies, with its thrust and the trail behind it.
 
 const ARM = 0.17; // metres from hub to rotor, drawn
-const LEAST_ARM = 15; // pixels
+const LEAST_ARM = 20; // pixels
 
 // Draws the flight as it is at ``now`` (milliseconds); true while it goes on.
 export function drawFlight(c, plane, flight, now) {
@@ -22,12 +22,12 @@ export function drawFlight(c, plane, flight, now) {
 
 function trail(c, plane, flight, until) {
   c.strokeStyle = plane.ink.ink;
-  c.lineWidth = 2;
-  c.setLineDash([1, 6]);
+  c.globalAlpha = 0.75;
+  c.lineWidth = 1.5;
   c.beginPath();
   for (let k = 0; k <= until; k++) c.lineTo(...plane.at([flight.y[k], flight.z[k]]));
   c.stroke();
-  c.setLineDash([]);
+  c.globalAlpha = 1;
 }
 
 function rotorcraft(c, plane, flight, i, part, strength) {
