@@ -40,14 +40,14 @@ def write_waypoints(
     """
     path = Path(path)
     if path.suffix == ".csv":
-        with _aside(path) as place, place.open("w", newline="", encoding="utf-8") as stream:
+        with aside(path) as place, place.open("w", newline="", encoding="utf-8") as stream:
             _write_table(waypoints, stream)
     elif path.suffix == ".json":
-        with _aside(path) as place:
+        with aside(path) as place:
             text = json.dumps(_record(waypoints), indent=1, allow_nan=False)
             place.write_text(text + "\n", encoding="utf-8")
     elif path.suffix in BAGS:
-        return write_bag(waypoints, path, BAGS[path.suffix], frame, plane, height, scale, _aside)
+        return write_bag(waypoints, path, BAGS[path.suffix], frame, plane, height, scale, aside)
     else:
         raise InputError("path", found=repr(path.name), wanted="a name that ends in .csv, .json, .mcap, .db3 or .bag")
     return path
@@ -70,21 +70,21 @@ def read_waypoints(path: str | Path, *, units: str = "m", period: tuple[float, .
 
 
 @contextmanager
-def _aside(path: Path) -> Iterator[Path]:
+def aside(path: Path) -> Iterator[Path]:
     """A name beside ``path`` to write to, which becomes ``path`` if all goes well; folders take a folder's place."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
+    made = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
     try:
-        yield aside
-        if path.is_dir() and aside.is_dir():
+        yield made
+        if path.is_dir() and made.is_dir():
             shutil.rmtree(path)
-        aside.replace(path)
+        made.replace(path)
     finally:
-        if aside.is_dir():
-            shutil.rmtree(aside, ignore_errors=True)
+        if made.is_dir():
+            shutil.rmtree(made, ignore_errors=True)
         else:
             with contextlib.suppress(FileNotFoundError):
-                aside.unlink()
+                made.unlink()
 
 
 def _write_table(waypoints: Waypoints, stream: Any) -> None:

@@ -56,7 +56,7 @@ def route_of(waypoints: Waypoints, placement: Placement, rounds: int) -> Route:
     rounds = whole("rounds", rounds)
     count = len(waypoints)
     if rounds > 1 and not waypoints.cyclic:
-        raise InputError("rounds", found=rounds, wanted="1: the waypoints are not cyclic", hint="cyclic=True")
+        raise InputError("rounds", found=rounds, wanted="1: the waypoints are not cyclic", hint="waypoints that are")
     order = np.arange(count)
     if waypoints.cyclic:
         order = np.roll(order, -_nearest(waypoints))
@@ -122,7 +122,7 @@ def _check(route: Route) -> None:
         if route.tilted[k]:
             tilt = np.degrees(np.arccos(np.cos(route.angles[k])))
             raise InputError("waypoints", where=route.name(k), found=f"a flight that rests tilted by {tilt:.0f}°",
-                             wanted="a level one, first and last", hint="cyclic=True, or visits=True")  # fmt: skip
+                             wanted="a level one, first and last", hint="waypoints that are cyclic, or visits")  # fmt: skip
     rests = route.tilted & (route.dwell > 0)
     if rests.any():
         raise InputError("dwell", where=route.name(int(np.argmax(rests))), found="a rest where the vehicle is tilted",

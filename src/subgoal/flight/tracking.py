@@ -33,6 +33,8 @@ class Tracking:
     angle_rmse, angle_largest:
         Radians between the flown angle and the demonstrated one at the nearest point, over the flown samples; None
         where the demonstration has no angle.
+    halves_flown, halves_demonstrated:
+        (k,) half the range of each position: the radius, of a loop.
     units:
         Unit of the distances.
     """
@@ -43,7 +45,17 @@ class Tracking:
     largest: float
     angle_rmse: float | None
     angle_largest: float | None
+    halves_flown: Floats
+    halves_demonstrated: Floats
     units: str
+
+    @property
+    def told(self) -> str:
+        """A sentence."""
+        unit = f" {self.units}" if self.units else ""
+        angle = "" if self.angle_rmse is None else f"; {np.degrees(self.angle_rmse):.0f}° in angle (RMS)"
+        near = f"{self.rmse:.2g}{unit} from the demonstrated path (RMS), {self.largest:.2g}{unit} at most"
+        return near + angle
 
     def __repr__(self) -> str:
         angle = "" if self.angle_rmse is None else f", angle {self.angle_rmse:.2g} rad"
@@ -75,7 +87,7 @@ def tracking(flight: Flight, demonstrations: Demonstrations) -> Tracking:
     return Tracking(
         flown, back, float(np.sqrt(((flown**2).mean() + (back**2).mean()) / 2)), float(max(flown.max(), back.max())),
         None if off is None else float(np.sqrt((off**2).mean())), None if off is None else float(np.abs(off).max()),
-        demonstrations.units,
+        np.ptp(path, axis=0) / 2, np.ptp(shown, axis=0) / 2, demonstrations.units,
     )  # fmt: skip
 
 

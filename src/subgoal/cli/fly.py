@@ -1,0 +1,71 @@
+"""``subgoal fly``: the subgoals of a folder of results flown by a simulated quadrotor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from subgoal.cli import options as o
+from subgoal.cli.waypoints import AnyPlane, Cyclic, Dwell, Folder, Height, LeastShare, Metres, Visits
+
+
+def fly(
+    folder: Folder,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder; default: flight in the first one.")] = None,
+    speed: Annotated[float, typer.Option(help="Metres per second, at most.")] = 1.0,
+    acceleration: Annotated[float, typer.Option(help="Metres per second squared, at most.")] = 3.0,
+    smoothing: Annotated[str, typer.Option(help="stop at each waypoint, or go through.")] = "stop",
+    rounds: Annotated[int, typer.Option(help="Of waypoints that come round again.")] = 1,
+    cyclic: Cyclic = None,
+    visits: Visits = False,
+    dwell: Dwell = 0.0,
+    least_share: LeastShare = 0.05,
+    plane: AnyPlane = None,
+    height: Height = 1.0,
+    scale: Metres = None,
+    vehicle: Annotated[str, typer.Option(help="hummingbird or crazyflie.")] = "hummingbird",
+    tolerance: Annotated[float, typer.Option(help="Metres within which a waypoint is reached.")] = 0.1,
+    seed: Annotated[int, typer.Option(help="Random seed of the noise.")] = 0,
+    noise: Annotated[float, typer.Option(help="Metres by which measured positions are off (RMS).")] = 0.0,
+    film: Annotated[bool, typer.Option("--film/--no-film", help="Whether to draw flight.gif.")] = True,
+    quiet: o.Quiet = False,
+) -> None:
+    """Fly through the subgoals and compare with what was demonstrated.
+
+    Writes flight.csv, flight.json, flight.png (and .svg) and flight.gif. A subgoal with a tilt, of poses in a vertical
+    plane, is flown with that tilt, in a loop if need be.
+
+    Example:
+
+      subgoal fly out/ --out out/flight --speed 1.5
+    """
+    from subgoal.cli.compose import output_folder
+    from subgoal.cli.waypoints import told
+    from subgoal.flight import fly as flown
+    from subgoal.flight import tracking, waypoints, write_flight
+    from subgoal.plots.files import save_figure
+    from subgoal.plots.flight import plot_flight
+    from subgoal.plots.flight_animation import animate_flight
+    from subgoal.posterior.archive import load
+    from subgoal.runtime.progress import progress_display
+
+    posterior = load(folder / "posterior.npz")
+    made = waypoints(posterior, cyclic=cyclic, dwell=dwell, least_share=least_share, visits=visits)
+    flight = flown(
+        made, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration, smoothing=smoothing,
+        rounds=rounds, vehicle=vehicle, tolerance=tolerance, noise=noise, seed=seed,
+        progress=progress_display("flight", quiet=quiet),
+    )  # fmt: skip
+    error = tracking(flight, posterior.demonstrations)
+    with output_folder(folder / "flight" if out is None else out) as place:
+        write_flight(flight, error, place)
+        save_figure(plot_flight(flight, made, posterior.demonstrations), place, "flight")
+        if film:
+            animate_flight(flight, made, posterior.demonstrations, place / "flight.gif")
+    if not quiet:
+        print(told(made))
+        print(f"{flight.status.value}, {flight.duration:.1f} s")
+        print(error.told)
+        print(f"Look at {place / 'flight.png'}")
