@@ -50,7 +50,7 @@ def picture(seed: int, learned: Learned, flight: Flown, worst: list[float], head
     axes = figure.subplots(2, 2)
     draw_recording(axes[0, 0], round_the_square(seed), learned)
     draw_subgoals(axes[0, 1], learned, CORNERS)
-    axes[0, 1].set_title("Subgoals (discs) and what serves them; crosses: the true corners")
+    axes[0, 1].set_title("Subgoals and what serves them; crosses: corners")
     draw_flight(axes[1, 0], learned, flight)
     axes[1, 0].set_title(f"Flown through the subgoals: {100 * flight.tracking.rmse:.1f} cm from the hand (RMS)")
     title = f"{headline['seeds_correct']} of {headline['seeds']} seeds right: the corner that is found worst"

@@ -72,7 +72,7 @@ def picture(
     axes = figure.subplots(2, 2)
     draw_recording(axes[0, 0], recording, learned)
     draw_subgoals(axes[0, 1], learned, CORNERS)
-    axes[0, 1].set_title("Subgoals (discs) and what serves them; crosses: the true corners")
+    axes[0, 1].set_title("Subgoals and what serves them; crosses: corners")
     draw_flight(axes[1, 0], first, flight)
     axes[1, 0].set_title(f"{FLOWN} hops, flown in the order shown: {100 * flight.tracking.rmse:.1f} cm (RMS)")
     title = f"Exactly four in {headline['seeds_correct']} of {headline['seeds']} seeds: the corner found worst"
