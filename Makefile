@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 export PYTHONPATH := $(CURDIR)
 
-.PHONY: demo test test-all lint bench clean
+.PHONY: demo teach test test-all lint bench clean
 .DELETE_ON_ERROR:
 
 .venv/installed: pyproject.toml
@@ -14,6 +14,9 @@ export PYTHONPATH := $(CURDIR)
 
 demo: .venv/installed
 	$(BIN)/subgoal demo --out out/demo
+
+teach: .venv/installed
+	$(BIN)/subgoal teach --out out/teach
 
 lint: .venv/installed
 	$(BIN)/ruff check .

@@ -14,7 +14,7 @@ from subgoal.runtime.checks import Floats
 from subgoal.streaming import Stream, warm
 from subgoal.streaming.stream import DRAWS, THIN, WARMUP
 
-PAIRS, RADIUS = 2000, 1.65
+PAIRS, RADIUS = 2000, 1.45
 RATE, SPEED = 100.0, 10.0
 EVERY = 5
 """Subgoals are asked for after so many points."""

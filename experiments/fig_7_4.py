@@ -1,8 +1,8 @@
 """Figure 7-4: a flip shown by hand is two subgoals, level at the bottom and inverted at the top; then it is flown.
 
-The hand goes up, over and down on an upright ellipse, 0.15 m wide and 1 m high, and turns the vehicle once, evenly along
-the way. A seed is right when exactly two subgoals hold 5 % of the observations, one within 0.3 rad of level and one
-within 0.3 rad of inverted. A hand need not heed what a vehicle can do: the flight is a loop between the same two poses.
+The hand goes up, over and down on an upright ellipse, 0.15 m wide and 1 m high, and turns the vehicle once, evenly
+along the way. A seed is right when exactly two subgoals hold 5 % of the observations, one within 0.3 rad of level and
+one within 0.3 rad of inverted. A hand need not heed what a vehicle can do: the flight is a loop between the same poses.
 
 A rounder loop has no straight ways between poses, and straight ways are all that action comparison knows: how many
 subgoals it needs then is shown beside.

@@ -11,7 +11,7 @@ import pytest
 import subgoal
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.streaming import Stream, warm
-from subgoal.streaming.chains import KEPT
+from subgoal.streaming.chains import KEPT, ROUNDS
 from tests.streaming.made import tell, uneven
 
 pytestmark = pytest.mark.filterwarnings("ignore:NOT CONVERGED")
@@ -115,10 +115,13 @@ def test_draws_of_late_hold_every_pair_and_only_candidates_there_are() -> None:
     for time, place in zip(*uneven(0), strict=True):
         if stream.add(time, place):
             latest = stream._chains.latest
-            assert latest.shape == (2, min(stream.n_pairs, KEPT), stream.n_pairs)
+            drawn = ROUNDS * stream.n_pairs
+            assert latest.shape == (2, min(drawn, KEPT), stream.n_pairs)
             assert latest.max() < stream.candidates().n_candidates
-            np.testing.assert_array_equal(latest[:, (stream.n_pairs - 1) % KEPT], stream._chains.theta)
-            assert (latest[:, :, -1] == stream._chains.theta[:, -1:]).all()
+            newest = (drawn - 1 - np.arange(ROUNDS)) % KEPT
+            np.testing.assert_array_equal(latest[:, newest[0]], stream._chains.theta)
+            older = np.setdiff1d(np.arange(latest.shape[1]), newest)
+            assert (latest[:, older, -1] == latest[:, newest[-1:], -1]).all()
 
 
 def test_shares_of_late_are_those_of_the_draws() -> None:

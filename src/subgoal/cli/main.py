@@ -1,4 +1,4 @@
-"""The command ``subgoal``: learn, inspect, compare, report, teach, demo."""
+"""The command ``subgoal``: learn, inspect, compare, report, waypoints, fly, follow, teach, demo."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ import typer
 
 from subgoal.cli.compare import compare
 from subgoal.cli.demo import demo
+from subgoal.cli.fly import fly
+from subgoal.cli.follow import follow
 from subgoal.cli.inspect import inspect
 from subgoal.cli.learn import learn
 from subgoal.cli.report import report
 from subgoal.cli.teach import teach
+from subgoal.cli.waypoints import waypoints
 from subgoal.cli.wording import as_typed
 from subgoal.runtime.errors import StoppedError, SubgoalError
 from subgoal.runtime.version import VERSION
@@ -44,7 +47,7 @@ def common(
     """Find the goals behind recorded movement, which part serves which, and how sure that is."""
 
 
-for command in (learn, inspect, compare, report, teach, demo):
+for command in (learn, inspect, compare, report, waypoints, fly, follow, teach, demo):
     app.command(no_args_is_help=command not in (demo, teach))(command)
 
 
@@ -56,7 +59,9 @@ def main() -> None:
         print(f"subgoal: {problem or 'stopped'}", file=sys.stderr)
         sys.exit(INTERRUPTED)
     except (SubgoalError, OSError) as problem:
-        commands: dict[str, Callable[..., None]] = {"inspect": inspect, "compare": compare}
+        commands: dict[str, Callable[..., None]] = {
+            "inspect": inspect, "compare": compare, "follow": follow, "waypoints": waypoints, "fly": fly,
+        }  # fmt: skip
         command = commands.get(next(iter(sys.argv[1:]), ""), learn)
         print(f"subgoal: {as_typed(str(problem), command, learn)}", file=sys.stderr)
         sys.exit(BAD_INPUT)

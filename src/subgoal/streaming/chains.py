@@ -16,8 +16,8 @@ from subgoal.streaming.table import GrowingTable
 
 RECENT, OLDER = 16, 16
 """Pairs that are redrawn with a new one: the ones before it, and some of the others by lot."""
-ROUNDS = 4
-"""So often, each time followed by the move of one table."""
+ROUNDS = 8
+"""So often, each time followed by the move of one table; what comes of it is a draw."""
 KEPT = 16
 """Latest draws of each chain that are kept."""
 FIRST_ROOM = 256
@@ -60,13 +60,15 @@ class Chains:
         self._theta[:, n - 1], self._size = 0, n
         rows = self._rows(n)
         relative = _relative(table.values[rows, : table.n_candidates], log_prior)
-        prior, moved = np.exp(log_prior), self._lot.integers(n, size=ROUNDS).tolist()
-        for theta, generator in zip(self.theta, self.generators, strict=True):
-            for i in moved:
+        prior = np.exp(log_prior)
+        for k in range(ROUNDS):
+            i = int(self._lot.integers(max(0, n - RECENT) if k % 2 else 0, n))
+            for theta, generator in zip(self.theta, self.generators, strict=True):
                 redraw_some(rows, relative, theta, prior, concentration, generator)
                 move_table(i, table.values, theta, concentration * prior, log_prior, generator)
-        self._latest[:, :, n - 1] = self._theta[:, n - 1]
-        self._push(self.theta)
+            if k == 0:
+                self._latest[:, :, n - 1] = self._theta[:, n - 1]
+            self._push(self.theta)
 
     def sweep(self, likelihood: LogLikelihood, concentration: float, sweeps: int) -> None:
         """Whole sweeps of ``collapsed_blocks``, the last ones kept."""

@@ -122,11 +122,11 @@ class Stream:
         self._take(pairs)
         return len(pairs.times)
 
-    def lift(self) -> int:
+    def lift(self, *, name: str | None = None) -> int:
         """End the trajectory: its last pairs are final, its end is a candidate; returns the number of new pairs.
 
-        The next sample begins another. A trajectory of one sample, or too short for one step of resampling, is
-        dropped, and counted.
+        The next sample begins another. ``name`` is that of the trajectory, else "T" and its number. One of one
+        sample, or too short for one step of resampling, is dropped, and counted.
         """
         known, track, self._track = self._at, self._track, self._new_track()
         whole_track = track.whole()
@@ -146,7 +146,7 @@ class Stream:
         self._take(Pairs(whole_track.times[given:], whole_track.states[given:], whole_track.actions[given:]))
         self._starts.append(self._at)
         self._ends.append(whole_track.final_states[0])
-        self._labels.append(f"T{self._begun - 1}")
+        self._labels.append(name or f"T{self._begun - 1}")
         self._record = None
         return self._at - known
 

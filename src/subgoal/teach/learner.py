@@ -137,7 +137,7 @@ class Learner:
             if answer is None or answer.posterior is None:
                 raise RefusedError("cannot", f"There is nothing to {what} yet: draw a path first.")
             await act(sheet, answer.found, answer.posterior)
-        except SubgoalError as problem:
+        except (SubgoalError, OSError) as problem:
             self._send({"type": "error", "code": "cannot", "text": str(problem), "number": number})
         except RefusedError as problem:
             self._send({"type": "error", "code": problem.code, "text": problem.text, "number": number})

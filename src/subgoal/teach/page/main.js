@@ -207,3 +207,5 @@ for (const name of ["dragover", "drop", "dragleave"]) {
 }
 showAnswer(null);
 refresh();
+
+export { link, pen, plane };

@@ -83,7 +83,6 @@ export class Plane {
     requestAnimationFrame((now) => {
       this.due = false;
       this.draw(now);
-      this.drawn?.();
     });
   }
 
