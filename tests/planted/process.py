@@ -42,10 +42,14 @@ def run_tests(folder: Path, loops: Path, log: Path, *tests: str, longest: float,
 
 
 def _pytest(folder: Path, loops: Path, log: Path, tests: tuple[str, ...], compiled: bool) -> None:
-    """The child: it knows the libraries but has not yet imported the package, which it finds in ``folder``."""
+    """The child: it knows the libraries but has not yet imported the package, which it finds in ``folder``.
+
+    It takes itself for a process of its own, not for somebody's worker, which would leave Ctrl-C to others.
+    """
     stream = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     for each in (1, 2):
         os.dup2(stream, each)
+    multiprocessing.process._parent_process = None
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.chdir(ROOT)
     os.environ |= {
