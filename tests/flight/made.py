@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
 import numpy as np
 
 import subgoal
+from subgoal.candidates import Candidates
+from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.poses import pose_metric
+from subgoal.flight import Waypoints
 from subgoal.posterior.posterior import Posterior
+from tests.answers.made import posterior_of
+from tests.posterior.worlds import quiet_sample
 
 TURN = 2 * np.pi
 SIDE, SPEED, LEAST, RATE = 1.5, 0.4, 0.5, 20.0
@@ -52,7 +58,7 @@ def square(rounds: int = 1) -> Posterior:
     """Posterior of the square."""
     demos = subgoal.demonstrate(recorded(square_path(rounds), ("y", "z")))
     table = subgoal.action_comparison(demos, subgoal.epsilon_net(demos, 0.1), confidence=5.0)
-    return subgoal.sample(table, chains=4, draws=60, warmup=60, thin=1, seed=0)
+    return quiet_sample(table, draws=60, warmup=60, thin=1, seed=0)
 
 
 @cache
@@ -61,4 +67,35 @@ def flip(rounds: int = 1, turn: int = 1) -> Posterior:
     metric = pose_metric(0.3, planar=True)
     demos = subgoal.demonstrate(recorded(flip_path(rounds, turn), ("y", "z", "angle"), tuple(metric.period)))
     table = subgoal.action_comparison(demos, subgoal.epsilon_net(demos, 0.25, metric=metric), confidence=5.0)
-    return subgoal.sample(table, chains=4, draws=60, warmup=60, thin=1, seed=0)
+    return quiet_sample(table, draws=60, warmup=60, thin=1, seed=0)
+
+
+def served(runs: str, points: np.ndarray, *, angles: bool = False, offset: list[int] | None = None) -> Posterior:
+    """A posterior sure of itself: "0*9 2*1 1*9" is nine observations that serve place 0, one that serves 2, and so on.
+
+    Each run is a straight way from where the last one ended, at the place it serves; the last of ``points`` (G, d) is
+    where the first begins.
+    """
+    steps = [tuple(map(int, run.split("*"))) for run in runs.split()]
+    theta = np.repeat([g for g, _ in steps], [n for _, n in steps])
+    here, parts = points[-1], []
+    for g, n in steps:
+        parts.append(here + (points[g] - here) * np.arange(1, n + 1)[:, None] / n)
+        here = points[g]
+    states = np.vstack([points[-1:], *parts])[:-1]
+    period = np.array([np.inf, np.inf, TURN]) if angles else np.full(points.shape[1], np.inf)
+    metric = Metric(np.ones(points.shape[1]), period)
+    made = posterior_of(theta[None], Candidates(points[:-1], metric=metric))
+    demos = subgoal.Demonstrations.from_arrays(
+        states, np.ones_like(states), [0, len(theta)] if offset is None else offset, units="m",
+        names=("y", "z", "angle")[: points.shape[1]],
+    )  # fmt: skip
+    return replace(made, demonstrations=demos)
+
+
+def loop(turn: int = 1, radius: float = RADIUS) -> Waypoints:
+    """Bottom and top of a loop, level and inverted."""
+    return Waypoints(
+        np.array([[0.0, LEAST, 0.0], [0.0, LEAST + 2 * radius, np.pi]]), cyclic=True, dimensions=("y", "z", "angle"),
+        units="m", period=(np.inf, np.inf, TURN), turns=np.array([turn * np.pi, turn * np.pi]),
+    )  # fmt: skip

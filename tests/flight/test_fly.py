@@ -2,39 +2,166 @@
 
 from __future__ import annotations
 
+import os
+import signal
+
 import numpy as np
 import pytest
 
-from subgoal.flight import FlightStatus, Waypoints, fly, tracking, waypoints
+from subgoal.flight import FlightStatus, Waypoints, fly, smooth, tracking, waypoints
+from subgoal.flight.commands import commands_along
+from subgoal.flight.vehicle import Simulated, vehicle_named
 from subgoal.runtime.errors import InputError
-from tests.flight.made import LEAST, RADIUS, TURN, flip, square
+from subgoal.runtime.progress import Silent
+from tests.flight.made import LEAST, RADIUS, TURN, flip, loop, square
 
 pytest.importorskip("rotorpy")
+HOP = Waypoints(np.array([[0.0, 0, 1], [0.6, 0, 1]]), units="m")
 
 
-def test_a_square_is_flown_within_tolerance() -> None:
-    flight = fly(waypoints(square()))
+@pytest.mark.parametrize("smoothing", ["stop", "through"])
+@pytest.mark.parametrize("vehicle", ["hummingbird", "crazyflie"])
+def test_a_square_is_flown_within_tolerance(smoothing: str, vehicle: str) -> None:
+    flight = fly(waypoints(square()), smoothing=smoothing, vehicle=vehicle)
     assert flight.status is FlightStatus.FLOWN
-    assert flight.misses.max() < 0.05
+    assert flight.misses.max() < 0.01
+    assert np.linalg.norm(flight.positions - flight.commanded, axis=1).max() < 0.02
     assert tracking(flight, square().demonstrations).rmse < 0.05
 
 
-def test_a_flip_is_inverted_at_the_top_and_level_at_both_ends() -> None:
-    flight = fly(waypoints(flip()))
-    top = np.argmax(flight.positions[:, 2])
-    assert flight.status is FlightStatus.FLOWN
-    assert abs(flight.angles[top] - np.pi) < 0.3
-    assert abs(flight.angles[0]) < 0.01
-    assert abs(flight.angles[-1] - TURN) < 0.05
-    assert flight.positions[top, 2] == pytest.approx(LEAST + 2 * RADIUS, abs=0.15)
+def test_a_vertical_square_stays_in_its_plane_and_a_level_one_at_its_height() -> None:
+    upright, level = fly(waypoints(square()), plane="xz"), fly(waypoints(square()), plane="xy", height=1.3)
+    assert np.abs(upright.positions[:, 1]).max() < 1e-6
+    assert np.abs(level.positions[:, 2] - 1.3).max() < 0.02
 
 
 def test_hover_stays() -> None:
-    flight = fly(Waypoints(np.array([[0.0, 0, 1], [0.1, 0, 1]]), dwell=[0.0, 5.0]))
+    flight = fly(Waypoints(HOP.positions, dwell=[0.0, 5.0]))
     still = flight.times > flight.path.arrivals[-1] + 2
-    assert np.abs(flight.positions[still] - [0.1, 0, 1]).max() < 1e-3
+    assert np.abs(flight.positions[still] - [0.6, 0, 1]).max() < 1e-3
+    np.testing.assert_allclose(flight.thrust[still], 0.5 * 9.81, rtol=1e-2)
+
+
+@pytest.mark.parametrize("plane", ["yz", "xz"])
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_flip_is_inverted_at_the_top_and_level_at_both_ends(plane: str, turn: int) -> None:
+    flight = fly(loop(turn), plane=plane)
+    top = int(np.argmax(flight.positions[:, 2]))
+    assert flight.status is FlightStatus.FLOWN
+    assert abs(flight.angles[0]) < 0.01
+    assert abs(flight.angles[-1] - turn * TURN) < 0.05
+    assert abs(flight.angles[top] - turn * np.pi) < 0.3
+    np.testing.assert_allclose(np.ptp(flight.shown, axis=0) / 2, RADIUS, atol=0.03)
+
+
+def test_a_demonstrated_flip_is_flown_as_it_was_shown() -> None:
+    posterior = flip()
+    flight = fly(waypoints(posterior))
+    top = int(np.argmax(flight.positions[:, 2]))
+    error = tracking(flight, posterior.demonstrations)
+    assert flight.status is FlightStatus.FLOWN
+    assert abs(flight.angles[top] - np.pi) < 0.3
+    assert flight.positions[top, 2] == pytest.approx(LEAST + 2 * RADIUS, abs=0.03)
+    assert error.rmse < 0.03
+    np.testing.assert_allclose(error.halves_flown, error.halves_demonstrated, atol=0.03)
+
+
+def test_two_rounds_turn_twice() -> None:
+    assert fly(loop(), rounds=2).angles[-1] == pytest.approx(2 * TURN, abs=0.05)
 
 
 def test_a_crazyflie_cannot_loop() -> None:
-    with pytest.raises(InputError, match="waypoint 1: found a loop that needs"):
-        fly(waypoints(flip()), vehicle="crazyflie")
+    with pytest.raises(InputError, match="waypoint 2: found a tilt of 180° that crazyflie cannot have there"):
+        fly(loop(), vehicle="crazyflie")
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"cyclic": False, "turns": None}, "waypoint 2: found a flight that rests tilted by 180°"),
+        ({"dwell": [0.0, 1.0]}, "dwell at waypoint 2: found a rest where the vehicle is tilted"),
+        ({"turns": [np.pi, 3 * np.pi]}, "waypoint 2: found a turn by 540°"),
+        ({"positions": [[0, 0.5, 0], [0, 0.5, np.pi]]}, "waypoint 2: found the same position"),
+    ],
+)
+def test_tilts_that_cannot_be_flown_are_refused(fields: dict, message: str) -> None:
+    own = loop()
+    given = {"positions": own.positions, "cyclic": True, "dimensions": own.dimensions, "units": "m",
+             "period": own.period, "turns": own.turns, **fields}  # fmt: skip
+    with pytest.raises(InputError, match=message):
+        fly(Waypoints(**given))
+
+
+def test_commands_turn_the_vehicle_as_its_path_bends() -> None:
+    made = vehicle_named("hummingbird")
+    commands = commands_along(smooth(loop()), made, 0.01, 0.0)
+    assert np.abs(commands.rates[:, [1, 2]]).max() < 1e-6
+    assert commands.rates[:, 0].sum() * 0.01 == pytest.approx(TURN, abs=1e-6)
+
+
+def test_drag_is_made_up_for() -> None:
+    speed = {"speed": 3.0, "acceleration": 6.0}
+    far = Waypoints(np.array([[0.0, 0, 1], [6.0, 0, 1]]), units="m")
+    assert np.linalg.norm((flight := fly(far, **speed)).positions - flight.commanded, axis=1).max() < 0.03
+
+
+def test_steps_are_those_of_a_fine_solver() -> None:
+    from rotorpy.vehicles.multirotor import Multirotor
+
+    made = vehicle_named("hummingbird")
+    path = smooth(HOP, speed=2.0)
+    commands = commands_along(path, made, 0.01, 0.0)
+    model = Multirotor(made.parameters, integrator_kwargs={"rtol": 1e-9, "atol": 1e-9})
+    ours, theirs = (Simulated(made, commands.positions[0], 0.0, 0.01) for _ in range(2))
+    apart = []
+    for k in range(len(commands.times)):
+        flat = {"x": commands.positions[k], "x_dot": commands.velocities[k], "x_ddot": commands.accelerations[k],
+                "yaw": 0.0, "yaw_dot": 0.0}  # fmt: skip
+        orders = [
+            craft.command(0.0, flat, commands.rates[k], commands.angular[k], craft.state["x"])
+            for craft in (ours, theirs)
+        ]
+        ours.advance(orders[0])
+        theirs.state = model.step(theirs.state, {"cmd_motor_speeds": orders[1]}, 0.01)
+        apart.append(np.abs(ours.state["x"] - theirs.state["x"]).max())
+    assert max(apart) < 2e-3
+
+
+def test_noise_hangs_on_the_seed() -> None:
+    one, again, other = (fly(HOP, noise=0.002, seed=seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.positions, again.positions)
+    assert np.abs(one.positions - other.positions).max() > 1e-5
+    assert np.abs(one.positions - fly(HOP).positions).max() < 0.02
+
+
+def test_a_tight_tolerance_is_not_met() -> None:
+    flight = fly(HOP, tolerance=1e-6)
+    assert flight.status is FlightStatus.DID_NOT_ARRIVE
+    assert flight.reached.tolist() == [True, False]
+
+
+def test_noise_that_throws_the_vehicle_off_ends_the_flight() -> None:
+    flight = fly(Waypoints(HOP.positions, dwell=[0.0, 20.0]), noise=5.0)
+    assert flight.status is FlightStatus.DIVERGED
+    assert flight.duration < flight.path.duration
+
+
+class Breaking(Silent):
+    """Presses Ctrl-C when the flight is half over."""
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        if 2 * done > total:
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_a_flight_that_is_interrupted_is_kept() -> None:
+    flight = fly(HOP, speed=0.2, progress=Breaking())
+    assert flight.status is FlightStatus.STOPPED
+    assert 0.4 * flight.path.duration < flight.duration < flight.path.duration
+    assert flight.reached.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("options", [{"tolerance": 0.0}, {"noise": -1.0}, {"noise": np.nan}, {"seed": -1}])
+def test_wrong_options_are_refused(options: dict) -> None:
+    with pytest.raises(InputError, match=next(iter(options))):
+        fly(HOP, **options)

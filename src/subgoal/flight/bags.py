@@ -58,7 +58,7 @@ def _quaternions(places: Floats, placement: Placement) -> Floats:
         return np.tile([0.0, 0.0, 0.0, 1.0], (len(places), 1))
     angles = places[:, placement.angle]
     if not placement.upright:
-        return np.asarray(Rotation.from_euler("z", angles).as_quat())
+        return np.asarray(Rotation.from_euler("z", angles[:, None]).as_quat())
     first, second = placement.axes
     normal = np.cross(np.eye(3)[first], np.eye(3)[second])
     return np.asarray(Rotation.from_rotvec(angles[:, None] * normal).as_quat())

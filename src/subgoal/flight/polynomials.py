@@ -11,8 +11,8 @@ import numpy as np
 from subgoal.runtime.checks import Floats
 
 DEGREE = 7
-SAMPLES = 24
-"""Points of a piece at which speed and acceleration are looked at."""
+SAMPLES = 33
+"""Points of a piece, its ends and its middle among them, at which speed and acceleration are looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +45,8 @@ class Pieces:
         return made
 
     def samples(self) -> Floats:
-        """(P·24,) times spread over every piece."""
-        share = (np.arange(SAMPLES) + 0.5) / SAMPLES
+        """(P·33,) times spread over every piece."""
+        share = np.linspace(0, 1, SAMPLES)
         return np.asarray((self.knots[:-1, None] + self.durations[:, None] * share).ravel())
 
     def peaks(self) -> tuple[float, float]:

@@ -122,7 +122,7 @@ def _check(route: Route) -> None:
         if route.tilted[k]:
             tilt = np.degrees(np.arccos(np.cos(route.angles[k])))
             raise InputError("waypoints", where=route.name(k), found=f"a flight that rests tilted by {tilt:.0f}°",
-                             wanted="a level one, first and last", hint="waypoints that are cyclic, or visits")  # fmt: skip
+                             wanted="level ones at both ends", hint="waypoints that are cyclic, or visits")  # fmt: skip
     rests = route.tilted & (route.dwell > 0)
     if rests.any():
         raise InputError("dwell", where=route.name(int(np.argmax(rests))), found="a rest where the vehicle is tilted",

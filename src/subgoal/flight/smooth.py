@@ -172,7 +172,7 @@ def _assembled(
             own = {k - a: pinned[k] for k in range(a + 1, b) if k in pinned}
             part, reached, apart = way(route.places[a : b + 1], pace, bound, own)
             widest = max(widest, apart)
-        arrivals[a : b + 1] = clock + reached
+        arrivals[a + 1 : b + 1] = clock + reached[1:]
         clock += part.duration
         parts.append(part)
     if route.dwell[-1] > 0:

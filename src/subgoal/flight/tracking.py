@@ -54,7 +54,8 @@ class Tracking:
         """A sentence."""
         unit = f" {self.units}" if self.units else ""
         angle = "" if self.angle_rmse is None else f"; {np.degrees(self.angle_rmse):.0f}° in angle (RMS)"
-        near = f"{self.rmse:.2g}{unit} from the demonstrated path (RMS), {self.largest:.2g}{unit} at most"
+        rmse, most = (np.format_float_positional(x, 2, fractional=False, trim="-") for x in (self.rmse, self.largest))
+        near = f"{rmse}{unit} from the demonstrated path (RMS), {most}{unit} at most"
         return near + angle
 
     def __repr__(self) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.flight.record import Flight, FlightStatus
-from subgoal.flight.tracking import Tracking, tracking
+from subgoal.flight.tracking import tracking
 from subgoal.flight.waypoints import Waypoints
 from subgoal.plots.shown import shown
 from subgoal.plots.style import (
@@ -50,7 +50,7 @@ def plot_flight(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrat
     error = tracking(flight, demonstrations)
     pairs = [(0, 1)] if len(flight.placement.axes) == 2 else [(0, 1), (0, 2)]
     width = 11.5 if len(pairs) == 1 else 14.5
-    figure = new_figure(width, 6.4, _sentence(flight, error), None, [_told(flight)], left=0.07)
+    figure = new_figure(width, 6.4, f"Flown in {flight.duration:.1f} s: {error.told}", None, [_told(flight)], left=0.07)
     if flight.status is not FlightStatus.FLOWN:
         figure.text(0.07, 0.945, flight.status.value, fontsize=TEXT, color=ALARM, weight="bold", va="top")
     right = 0.655 if len(pairs) == 1 else 0.74
@@ -131,15 +131,6 @@ def _spread(flight: Flight) -> list[int]:
     wanted = np.linspace(0, gone[-1], VEHICLES)
     rows: list[int] = np.unique(np.searchsorted(gone, wanted).clip(0, len(gone) - 1)).tolist()
     return rows
-
-
-def _sentence(flight: Flight, error: Tracking) -> str:
-    near = f"{error.rmse:.2g}{_unit(error.units)} from the demonstrated path (RMS), {error.largest:.2g} at most"
-    return f"Flown in {flight.duration:.1f} s: {near}"
-
-
-def _unit(units: str) -> str:
-    return f" {units}" if units else ""
 
 
 def _told(flight: Flight) -> str:

@@ -1,0 +1,102 @@
+"""Which waypoints a posterior gives, in which order, and what no waypoints are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from subgoal.answers import predictions
+from subgoal.flight import Waypoints, waypoints
+from subgoal.runtime.errors import InputError
+from tests.flight.made import TURN, flip, served, square
+
+PLACES = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0], [-1.0, -1.0]])
+POSES = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 3.1], [0.0, 0.0, 0.0]])
+
+
+def candidates(made: Waypoints, posterior) -> list[int]:
+    return [int(np.flatnonzero((posterior.candidates.points == place).all(axis=1))[0]) for place in made.positions]
+
+
+@pytest.mark.parametrize("runs", ["2*20 0*20 1*20", "2*20 1*2 2*20 0*20 1*20", "2*20 0*20 1*20 2*20 0*20 1*20"])
+def test_the_order_is_that_of_the_first_visits_whatever_strays_or_comes_again(runs: str) -> None:
+    posterior = served(runs, PLACES)
+    assert candidates(waypoints(posterior), posterior) == [2, 0, 1]
+
+
+def test_waypoints_and_action_prediction_agree_on_the_order() -> None:
+    posterior = served("3*12 1*30 1*5 2*9 0*20 3*12 1*30", PLACES)
+    assert candidates(waypoints(posterior, least_share=0.01), posterior) == predictions.waypoints(posterior).tolist()
+
+
+def test_small_subgoals_are_left_out() -> None:
+    posterior = served("2*20 0*20 1*2 3*20", PLACES)
+    assert candidates(waypoints(posterior), posterior) == [2, 0, 3]
+    assert candidates(waypoints(posterior, least_share=0.02), posterior) == [2, 0, 1, 3]
+
+
+@pytest.mark.parametrize(
+    ("runs", "cyclic"),
+    [("0*20 1*20 2*20", False), ("0*20 1*20 2*20 0*20 1*20", True), ("0*20 1*20 2*20 1*20 0*20", False),
+     ("0*20 1*20 2*20 0*4", False), ("0*20 1*20 0*20 1*20", True)],
+)  # fmt: skip
+def test_waypoints_are_cyclic_where_the_first_comes_after_the_last(runs: str, cyclic: bool) -> None:
+    posterior = served(runs, PLACES)
+    assert waypoints(posterior).cyclic is cyclic
+    assert waypoints(posterior, cyclic=not cyclic).cyclic is not cyclic
+
+
+def test_visits_are_the_segments_in_order_without_strays() -> None:
+    posterior = served("0*20 1*20 3*4 1*20 0*20 2*20", PLACES)
+    assert candidates(waypoints(posterior, visits=True), posterior) == [0, 1, 0, 2]
+    assert candidates(waypoints(posterior, visits=True, stray=4, least_share=0.03), posterior) == [0, 1, 3, 1, 0, 2]
+
+
+def test_the_start_is_where_the_demonstrator_began() -> None:
+    np.testing.assert_allclose(waypoints(served("2*20 0*20", PLACES)).start, [-1, -1])
+
+
+def test_whole_turns_are_those_of_the_demonstrator() -> None:
+    assert waypoints(flip(), cyclic=True).turns.sum() == pytest.approx(TURN)
+    assert waypoints(flip(1, -1), cyclic=True).turns.sum() == pytest.approx(-TURN)
+
+
+def test_turns_are_nearest_to_what_was_turned() -> None:
+    made = waypoints(served("1*20 0*20", POSES, angles=True))
+    np.testing.assert_allclose(made.turns, [3.1, -3.1])
+
+
+def test_a_square_has_four_corners_in_order() -> None:
+    np.testing.assert_allclose(waypoints(square()).positions, [[1.5, 0.5], [1.5, 2], [0, 2], [0, 0.5]], atol=0.15)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"positions": [[0.0, np.nan], [1, 1]]}, "positions at index"),
+        ({"positions": [[0.0, 1.0]]}, "found one place, wanted two"),
+        ({"positions": [[0.0, 1.0], [2, 2], [2, 2]]}, "waypoint 3: found the same place"),
+        ({"positions": [[0.0, 1.0], [2, 2], [0, 1]], "cyclic": True}, "waypoint 1: found the same place"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "dwell": [0.0, -1.0]}, "dwell: found -1"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "dwell": [0.0, np.nan]}, "dwell"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "start": [0.0]}, "waypoints: found labels"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "turns": [0.0]}, "turns: found shape"),
+    ],
+)
+def test_what_is_no_waypoints_is_refused(fields: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Waypoints(**fields)
+
+
+def test_a_start_and_one_place_are_enough() -> None:
+    assert len(Waypoints(np.array([[1.0, 1.0]]), start=np.array([0.0, 0.0]))) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"least_share": 0.9}, "least_share"), ({"visits": True, "cyclic": True}, "cyclic"), ({"dwell": -1.0}, "dwell"),
+     ({"stray": 0}, "stray"), ({"visits": True, "stray": 50}, "stray: found no segment")],
+)  # fmt: skip
+def test_wrong_options_are_refused(options: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        waypoints(served("0*20 1*20", PLACES), **options)
