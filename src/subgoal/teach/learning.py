@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 from subgoal.answers.segments import Segments, segments
@@ -13,7 +12,7 @@ from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.likelihood.action_comparison import action_comparison
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
-from subgoal.posterior.sample import ConvergenceWarning, sample
+from subgoal.posterior.sample import sample
 from subgoal.runtime.errors import InputError
 from subgoal.teach.drawing import stroke_of
 
@@ -86,15 +85,16 @@ def demonstrations_of(recording: Recording, pairs: int | None = None) -> Demonst
 
 
 def learn(demos: Demonstrations, tuning: Tuning, stage: str = FULL) -> Answer:
-    """The posterior of ``demos`` and what it says. Raises ``InputError`` where nothing moves."""
+    """The posterior of ``demos`` and what it says. Raises ``InputError`` where nothing moves.
+
+    Not converging is told by the answer's status, and warned of by ``sample``.
+    """
     likelihood = action_comparison(demos, epsilon_net(demos), confidence=tuning.confidence)
     run = RUNS[stage]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        posterior = sample(
-            likelihood, concentration=tuning.concentration, chains=run.chains, draws=run.draws, warmup=run.warmup,
-            thin=run.thin, seed=0, workers=1,
-        )  # fmt: skip
+    posterior = sample(
+        likelihood, concentration=tuning.concentration, chains=run.chains, draws=run.draws, warmup=run.warmup,
+        thin=run.thin, seed=0, workers=1,
+    )  # fmt: skip
     found = subgoals(posterior)
     strokes = tuple(stroke_of(name) for name in demos.trajectory_names)
     cut = segments(posterior, found)

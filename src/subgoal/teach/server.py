@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import secrets
 import socket
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.checks import whole
 from subgoal.runtime.errors import InputError, MissingExtraError
 from subgoal.teach.limits import Limits
@@ -26,6 +28,8 @@ def serve(
     limits: Limits | None = None,
 ) -> None:  # fmt: skip
     """Serve the page until Ctrl-C; prints its address, which holds a secret token.
+
+    The page shows whether a posterior has converged; ``ConvergenceWarning`` is silenced in this process.
 
     Parameters
     ----------
@@ -54,6 +58,7 @@ def serve(
     listening = bound(host, port)
     port, token = listening.getsockname()[1], secrets.token_urlsafe(TOKEN_BYTES)
     app = make_app(token=token, host=host, port=port, out=Path(out), limits=limits)
+    warnings.simplefilter("ignore", ConvergenceWarning)
     warm_up()
     url = f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}/"
     print(f"Teach at {url}\nProjects are saved in {Path(out)}. Ctrl-C ends.", flush=True)
