@@ -1,0 +1,99 @@
+"""``subgoal follow``: the subgoals of a recording while it is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from subgoal.cli import options as o
+
+if TYPE_CHECKING:
+    from subgoal.streaming import Stream
+
+MODEL = "Model"
+WARMUP = 200
+
+
+def follow(
+    file: Annotated[str, typer.Argument(help="CSV file that may still grow, or - for standard input.")],
+    epsilon: Annotated[float, typer.Option(help="Radius of the ε-net of candidate places, in units of the positions.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("out"),
+    confidence: Annotated[
+        float, typer.Option("--confidence", "-a", help="α: nats per unit of direction.", rich_help_panel=MODEL)
+    ] = 3.0,
+    concentration: Annotated[
+        float, typer.Option("--concentration", "-e", help="η: larger expects more subgoals.", rich_help_panel=MODEL)
+    ] = 1.0,
+    weights: Annotated[
+        str | None, typer.Option(help="Weight of each dimension, e.g. 1,1,0.3.", rich_help_panel=MODEL)
+    ] = None,
+    merge_radius: Annotated[
+        float | None, typer.Option(help="Places within it are one subgoal; default 5ε.", rich_help_panel=MODEL)
+    ] = None,
+    draws: Annotated[int, typer.Option(help="Kept draws per chain, at the end.")] = 1000,
+    seed: Annotated[int, typer.Option("--seed", "-s")] = 0,
+    wait: Annotated[
+        float | None, typer.Option(help="End after so many seconds without a new line; else Ctrl-C ends it.")
+    ] = None,
+    y_down: Annotated[bool, typer.Option(help="Draw y downwards, as in images.")] = False,
+    quiet: o.Quiet = False,
+    position: o.Position = "x,y",
+    time: o.Time = "t",
+    trajectory: o.Trajectory = None,
+    units: o.Units = None,
+    rate: Annotated[
+        float, typer.Option(help="Resample to this rate; 0 leaves the samples as they are.", rich_help_panel=o.READING)
+    ] = 20.0,
+    window: Annotated[int, typer.Option(help="Samples a velocity spans.", rich_help_panel=o.READING)] = 2,
+    separator: o.Separator = None,
+) -> None:
+    """Learn subgoals while a recording is written; at its end, or at Ctrl-C, write what learn writes.
+
+    Lines that are no sample (a word for a number, a time that goes back) are told and left out. Where the trajectory
+    column changes, one trajectory ends and the next begins.
+
+    Examples:
+
+      subgoal follow track.csv --position x,y --time t --epsilon 0.05 --out out/
+
+      some-tracker | subgoal follow - -p x,y,z -t stamp --rate 50 --epsilon 0.1
+    """
+    from subgoal.cli.compose import output_folder
+    from subgoal.cli.display import Display
+    from subgoal.cli.following import Following
+    from subgoal.demonstrations.metric import Metric
+    from subgoal.runtime.checks import positive, whole
+    from subgoal.streaming import Stream
+
+    names = tuple(o.words(position) or ())
+    draws = whole("draws", draws)
+    merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
+    patience = float("inf") if wait is None else positive("wait", wait, zero=True)
+    stream = Stream(
+        names=names, radius=epsilon, confidence=confidence, concentration=concentration, rate=rate or None,
+        window=window, metric=Metric.of(len(names), o.numbers("--weights", weights)), units=units or "", seed=seed,
+    )  # fmt: skip
+    with output_folder(out) as folder:
+        following = Following(stream, Display(quiet=quiet, merge_radius=merge_radius))
+        following.read(
+            file, position=names, time=time or "t", trajectory=trajectory, separator=separator, patience=patience
+        )
+        _write(stream, folder, draws, merge_radius=merge_radius, y_down=y_down, quiet=quiet)
+
+
+def _write(stream: Stream, folder: Path, draws: int, *, merge_radius: float | None, y_down: bool, quiet: bool) -> None:
+    """New draws of all that came, and the folder that ``learn`` writes."""
+    import warnings
+
+    from subgoal.cli.table import print_results
+    from subgoal.cli.write import write
+    from subgoal.posterior.sample import ConvergenceWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        posterior = stream.posterior(draws, warmup=WARMUP)
+    results = write(posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=False, quiet=quiet)
+    if not quiet:
+        print_results(posterior, results, folder)

@@ -1,0 +1,68 @@
+"""Rows of a table of text, one line after the other: header first, then samples."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from subgoal.runtime.errors import InputError, ReadError
+
+SEPARATORS = (",", ";", "\t", "|")
+COMMENT = "#"
+
+
+class Row(NamedTuple):
+    """One sample: its time, its place (d,), and which trajectory it is of ("" where no column says)."""
+
+    time: float
+    place: tuple[float, ...]
+    trajectory: str
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Where in a line what stands, as its header says."""
+
+    separator: str
+    time: int
+    position: tuple[int, ...]
+    trajectory: int | None
+
+    @classmethod
+    def of(
+        cls, header: str, *, position: Sequence[str], time: str, trajectory: str | None = None,
+        separator: str | None = None,
+    ) -> Columns:  # fmt: skip
+        """From the line with the names of the columns; ``ReadError`` where one is missing."""
+        sign = separator or max(SEPARATORS, key=header.count)
+        names = [name.strip() for name in _split(header, sign)]
+        wanted = [*position, time, *([] if trajectory is None else [trajectory])]
+        missing = [name for name in wanted if name not in names]
+        if missing:
+            raise ReadError("header", where="line 1", found=f"columns {', '.join(names)}",
+                            wanted=f"columns {', '.join(wanted)}")  # fmt: skip
+        place = tuple(names.index(name) for name in position)
+        return cls(sign, names.index(time), place, None if trajectory is None else names.index(trajectory))
+
+    def row(self, line: str) -> Row:
+        """The sample of a line; ``InputError`` for a field that is missing or no number."""
+        fields = _split(line, self.separator)
+        last = max(self.time, *self.position, self.trajectory or 0)
+        if len(fields) <= last:
+            raise InputError("line", found=f"{len(fields)} fields", wanted=f"at least {last + 1}")
+        try:
+            time, *place = (float(fields[k]) for k in (self.time, *self.position))
+        except ValueError as problem:
+            raise InputError("line", found=str(problem), wanted="numbers") from None
+        return Row(time, tuple(place), "" if self.trajectory is None else fields[self.trajectory].strip())
+
+
+def is_empty(line: str) -> bool:
+    """Whether a line is blank or a comment."""
+    return not line.strip() or line.lstrip().startswith(COMMENT)
+
+
+def _split(line: str, separator: str) -> list[str]:
+    return next(csv.reader([line], delimiter=separator))
