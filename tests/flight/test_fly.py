@@ -124,7 +124,7 @@ def test_steps_are_those_of_a_fine_solver() -> None:
         ours.advance(orders[0])
         theirs.state = model.step(theirs.state, {"cmd_motor_speeds": orders[1]}, 0.01)
         apart.append(np.abs(ours.state["x"] - theirs.state["x"]).max())
-    assert max(apart) < 2e-3
+    assert max(apart) < 2e-4
 
 
 def test_noise_hangs_on_the_seed() -> None:

@@ -9,6 +9,7 @@ from tests.planted.continuous_bugs import CONTINUOUS_BUGS
 from tests.planted.dynamics_bugs import DYNAMICS_BUGS
 from tests.planted.envelope_bugs import ENVELOPE_BUGS
 from tests.planted.expertise_bugs import EXPERTISE_BUGS
+from tests.planted.flight_bugs import FLIGHT_BUGS
 from tests.planted.irl_bugs import ENTROPY_BUGS, MARGIN_BUGS
 from tests.planted.learning_bugs import LEARNING_BUGS
 from tests.planted.option_bugs import OPTION_BUGS
@@ -158,5 +159,5 @@ BUGS = [
     *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
     *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS, *WALK_BUGS, *MARGIN_BUGS, *ENTROPY_BUGS,
     *PRIOR_BUGS, *COMPARE_BUGS, *SHARDED_BUGS, *ENVELOPE_BUGS, *REGRESSION_BUGS, *CONTINUOUS_BUGS, *DYNAMICS_BUGS,
-    *OPTION_BUGS, *POSE_BUGS, *EXPERTISE_BUGS,
+    *OPTION_BUGS, *POSE_BUGS, *EXPERTISE_BUGS, *FLIGHT_BUGS,
 ]  # fmt: skip
