@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +20,14 @@ from subgoal.teach.limits import Limits
 from subgoal.teach.live import Live
 from subgoal.teach.messages import RefusedError
 from subgoal.teach.picture import nothing, picture, shown
-from subgoal.teach.workshop import Workshop
+from subgoal.teach.workshop import Lane, Workshop
 
 LOG = logging.getLogger("subgoal.teach")
 PAUSE = 0.05
 """Seconds between two answers while the pen is down."""
 IDLE = 0.3
 """Seconds without a change before the default run begins."""
+LANES = {DRAWING: Lane.MEANWHILE, SETTLED: Lane.WAITED_FOR, FULL: Lane.IDLE}
 TOO_LITTLE = "Draw a little more."
 Send = Callable[[dict[str, Any]], None]
 Act = Callable[[Sheet, Subgoals, Posterior], Coroutine[Any, Any, None]]
@@ -38,7 +40,7 @@ class Learner:
         self._drawing, self._limits, self._workshop, self._out, self._send = drawing, limits, workshop, out, send
         self.tuning = Tuning()
         self._number = 0
-        self._changed = asyncio.Event()
+        self._changed, self._lifted = asyncio.Event(), asyncio.Event()
         self._one = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
         self._watching: asyncio.Task[None] | None = None
@@ -52,6 +54,8 @@ class Learner:
         if self._learned[0] == self._key() and self._said is not None:
             return
         self._changed.set()
+        if not self._drawing.drawn:
+            self._lifted.set()
         if self._watching is None or self._watching.done():
             self._watching = self._start(self._watch())
 
@@ -104,10 +108,12 @@ class Learner:
         """Answers until the drawing stands still and the default run has been made of it."""
         while self._changed.is_set():
             self._changed.clear()
+            self._lifted.clear()
             drawn = self._drawing.drawn
             await self._answer(DRAWING if drawn else SETTLED)
             if drawn:
-                await asyncio.sleep(PAUSE)
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._lifted.wait(), PAUSE)
             elif not self._changed.is_set():
                 await asyncio.sleep(IDLE)
                 if not self._changed.is_set() and not self._drawing.drawn:
@@ -119,8 +125,9 @@ class Learner:
             key, sheet, number = self._key(), self._drawing.sheet(), self._number
             if self._learned[0] == key and self._learned[1] is not None and self._learned[1].stage == FULL:
                 return self._learned[1]
-            run = self._workshop.later if stage == FULL else self._workshop.now
-            answer, said = await run(_work, sheet, self.tuning, stage, number, self._limits, self._live)
+            answer, said = await self._workshop.do(
+                LANES[stage], _work, sheet, self.tuning, stage, number, self._limits, self._live
+            )
             same = key == self._key() if stage != DRAWING else sheet.lineage == self._drawing.sheet().lineage
             if same:
                 self._learned, self._said = (key, answer), said
@@ -145,7 +152,7 @@ class Learner:
     async def _read(self, name: str, content: bytes) -> None:
         before = self._drawing.revision
         try:
-            recording = await self._workshop.now(read_dropped, name, content, self._limits)
+            recording = await self._workshop.do(Lane.WAITED_FOR, read_dropped, name, content, self._limits)
             if self._drawing.revision != before:
                 raise RefusedError("file", "The drawing has changed meanwhile: drop the file again.")
         except (SubgoalError, RefusedError) as problem:
@@ -156,14 +163,14 @@ class Learner:
         self.look(self._number)
 
     async def _save(self, sheet: Sheet, found: Subgoals, posterior: Posterior) -> None:
-        folder = await self._workshop.now(save_project, sheet, found, posterior, self._out)
+        folder = await self._workshop.do(Lane.WAITED_FOR, save_project, sheet, found, posterior, self._out)
         self._send({"type": "saved", "folder": str(folder)})
 
     async def _fly(self, sheet: Sheet, found: Subgoals, posterior: Posterior) -> None:
-        self._send(await self._workshop.now(flown, posterior))
+        self._send(await self._workshop.do(Lane.WAITED_FOR, flown, posterior))
 
     async def _export(self, kind: str, posterior: Posterior) -> None:
-        text = await self._workshop.now(waypoint_text, posterior, kind)
+        text = await self._workshop.do(Lane.WAITED_FOR, waypoint_text, posterior, kind)
         self._send({"type": "file", "name": f"waypoints.{kind}", "text": text})
 
 

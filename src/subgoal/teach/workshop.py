@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from enum import Enum
 from functools import partial
 from typing import Any, TypeVar
 
@@ -13,22 +14,29 @@ from subgoal.runtime.executor import worker_count
 Found = TypeVar("Found")
 
 
+class Lane(Enum):
+    """Work that does not wait for that of another kind."""
+
+    WAITED_FOR = "waited-for"
+    """Somebody looks at the page and waits."""
+    MEANWHILE = "meanwhile"
+    """While the pen is down: what is not done now is done with the next points."""
+    IDLE = "idle"
+    """When there is time."""
+
+
 class Workshop:
-    """Work of all sessions: what a hand waits for in one pool, what has time in another with one thread."""
+    """Work of all sessions, with threads for each lane."""
 
     def __init__(self) -> None:
-        self._prompt = ThreadPoolExecutor(max(2, worker_count(None)), "teach-prompt")
-        self._patient = ThreadPoolExecutor(1, "teach-patient")
+        threads = {Lane.WAITED_FOR: max(2, worker_count(None)), Lane.MEANWHILE: 1, Lane.IDLE: 1}
+        self._pools = {lane: ThreadPoolExecutor(count, f"teach-{lane.value}") for lane, count in threads.items()}
 
-    async def now(self, work: Callable[..., Found], *arguments: Any) -> Found:
-        """``work(*arguments)`` in a thread, as soon as one is free."""
-        return await asyncio.get_running_loop().run_in_executor(self._prompt, partial(work, *arguments))
-
-    async def later(self, work: Callable[..., Found], *arguments: Any) -> Found:
-        """The same, after other work of this kind, and never in the way of ``now``."""
-        return await asyncio.get_running_loop().run_in_executor(self._patient, partial(work, *arguments))
+    async def do(self, lane: Lane, work: Callable[..., Found], *arguments: Any) -> Found:
+        """``work(*arguments)`` in a thread of the lane, once one is free."""
+        return await asyncio.get_running_loop().run_in_executor(self._pools[lane], partial(work, *arguments))
 
     def close(self) -> None:
         """Leave what has not begun."""
-        for pool in (self._prompt, self._patient):
+        for pool in self._pools.values():
             pool.shutdown(wait=False, cancel_futures=True)
