@@ -25,16 +25,18 @@ def test_pairs_of_any_dimension(dimension: int) -> None:
     assert_same(stream.demonstrations(), demonstrate(recording_of(samples), rate=20.0))
 
 
+@pytest.mark.parametrize("window", [2, 5])
 @pytest.mark.parametrize("rate", [None, 20.0])
-def test_pairs_are_given_as_soon_as_they_are_sure(rate: float | None) -> None:
+def test_pairs_are_given_as_soon_as_they_are_sure(rate: float | None, window: int) -> None:
     """After every sample: the pairs are the first of the whole recording's, and all that the next could not change."""
     times, places = uneven(4, 1.0)
-    whole = demonstrate(recording_of((times, places)), rate=rate)
-    stream = Stream(2, radius=0.3, rate=rate, chains=1)
+    whole = demonstrate(recording_of((times, places)), rate=rate, window=window)
+    stream = Stream(2, radius=0.3, rate=rate, window=window, chains=1)
     for k, (time, place) in enumerate(zip(times, places, strict=True)):
         before = stream.n_pairs
         assert stream.add(time, place) == stream.n_pairs - before
-        settled = k if rate is None else int(np.ceil((time - times[0]) * rate)) - 1
+        known = k + 1 if rate is None else int(np.ceil((time - times[0]) * rate))
+        settled = known - (window - window // 2)
         assert stream.n_pairs == max(settled, 0)
         if settled > 0:
             found = stream.demonstrations()

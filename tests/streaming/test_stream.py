@@ -125,9 +125,10 @@ def test_draws_of_late_hold_every_pair_and_only_candidates_there_are() -> None:
 
 
 def test_shares_of_late_are_those_of_the_draws() -> None:
-    stream = tell(Stream(2, radius=0.3), uneven(0))
+    stream = tell(Stream(2, radius=0.05), uneven(0))
     posterior, latest = stream._of_late(), stream._chains.latest
     g_count = stream.candidates().n_candidates
+    assert np.unique(latest).size < g_count
     wanted = (latest.reshape(-1, stream.n_pairs)[..., None] == np.arange(g_count)).mean(axis=0)
     np.testing.assert_allclose(posterior.shares.toarray(), wanted)
     np.testing.assert_allclose(posterior.expected_shares, wanted.mean(axis=0))

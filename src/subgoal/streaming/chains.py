@@ -55,7 +55,7 @@ class Chains:
     def seat(self, table: GrowingTable, concentration: float) -> None:
         """Draw the newest pair's candidate given all others, then redraw some old pairs and move some tables."""
         n, log_prior = table.n_pairs, table.candidates.log_prior
-        self._theta = np.ascontiguousarray(_longer(self._theta, n))
+        self._theta = _longer(self._theta, n)
         self._latest = _longer(self._latest, n)
         self._theta[:, n - 1], self._size = 0, n
         rows = self._rows(n)
@@ -84,10 +84,6 @@ class Chains:
             made.append(collapsed_blocks(Chain(likelihood, concentration, generator, {"theta": theta}), keep))
             theta[:] = made[-1].state["theta"]
         return made
-
-    def forget(self) -> None:
-        """Drop the draws of late, which were of another posterior."""
-        self._pushed = 0
 
     def _rows(self, n: int) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
         """The newest pair, those before it, and some older ones, all different."""

@@ -35,7 +35,7 @@ class Stream:
     """Subgoals while a recording is going on: the posterior of ``subgoal.sample``, kept up with every sample.
 
     Unlike most things here it changes: every method but ``demonstrations``, ``candidates`` and ``likelihood`` moves it
-    on. Two streams told the same in the same order with the same ``seed`` say the same. One that is given something
+    on, and it is for one thread at a time. Two streams told the same in the same order with the same ``seed`` say the same. One that is given something
     wrong raises ``InputError`` and is as it was.
 
     Parameters
@@ -163,7 +163,6 @@ class Stream:
         self._concentration, self._record = eta, None
         if alpha != self.confidence:
             self._table.retune(alpha)
-        self._chains.forget()
         self.rejuvenate(KEPT)
 
     def demonstrations(self) -> Demonstrations:
