@@ -161,7 +161,26 @@ def test_a_flight_that_is_interrupted_is_kept() -> None:
     assert flight.reached.tolist() == [True, False]
 
 
-@pytest.mark.parametrize("options", [{"tolerance": 0.0}, {"noise": -1.0}, {"noise": np.nan}, {"seed": -1}])
+def test_more_tolerance_lets_a_leaning_end_be_level_and_a_side_be_passed() -> None:
+    period = (np.inf, np.inf, TURN)
+    leaning = Waypoints([[0.0, 0.5, 0.0], [0.5, 0.6, 0.4]], dimensions=("y", "z", "angle"), units="m", period=period)
+    with pytest.raises(InputError, match="rests tilted by 23°"):
+        fly(leaning)
+    assert fly(leaning, tilt_tolerance=0.5).status is FlightStatus.FLOWN
+    side = Waypoints(
+        [[0.0, 0.5, 0.0], [RADIUS, 0.5 + RADIUS, np.pi / 2], [0, 0.5 + 2 * RADIUS, np.pi]], turns=[np.pi, *[np.pi / 2] * 2],
+        dimensions=("y", "z", "angle"), units="m", period=period, cyclic=True,
+    )  # fmt: skip
+    with pytest.raises(InputError, match="waypoint 2: found a tilt of 90°.*tilt_tolerance"):
+        fly(side)
+    flight = fly(side, tilt_tolerance=1.0)
+    assert flight.status is FlightStatus.FLOWN
+    assert 0.3 < flight.tilts.max() < 1.0
+
+
+@pytest.mark.parametrize(
+    "options", [{"tolerance": 0.0}, {"tilt_tolerance": 0.0}, {"noise": -1.0}, {"noise": np.nan}, {"seed": -1}]
+)
 def test_wrong_options_are_refused(options: dict) -> None:
     with pytest.raises(InputError, match=next(iter(options))):
         fly(HOP, **options)

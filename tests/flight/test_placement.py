@@ -50,6 +50,6 @@ def test_quaternions_give_headings_and_tilted_ones_are_told() -> None:
     four = Rotation.from_euler("zx", [[0, 0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]]).as_quat()
     places = np.column_stack([np.arange(4.0), np.zeros(4), np.ones(4), four])
     made = Waypoints(places, dimensions=("x", "y", "z", "qx", "qy", "qz", "qw"), units="m")
-    route = route_of(made, place(made, None, 1.0, None), 1)
+    route = route_of(made, place(made, None, 1.0, None), 1, 0.3)
     np.testing.assert_allclose(route.angles[:2], [0, 1.0], atol=1e-12)
     assert route.tilted.tolist() == [False, False, True, False]

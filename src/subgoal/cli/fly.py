@@ -27,6 +27,9 @@ def fly(
     scale: Metres = None,
     vehicle: Annotated[str, typer.Option(help="hummingbird or crazyflie.")] = "hummingbird",
     tolerance: Annotated[float, typer.Option(help="Metres within which a waypoint is reached.")] = 0.1,
+    tilt_tolerance: Annotated[
+        float, typer.Option(help="Radians within which a tilt is had, or a vehicle level.")
+    ] = 0.3,
     seed: Annotated[int, typer.Option(help="Random seed of the noise.")] = 0,
     noise: Annotated[float, typer.Option(help="Metres by which measured positions are off (RMS).")] = 0.0,
     film: Annotated[bool, typer.Option("--film/--no-film", help="Whether to draw flight.gif.")] = True,
@@ -55,7 +58,7 @@ def fly(
     made = waypoints(posterior, cyclic=cyclic, dwell=dwell, least_share=least_share, visits=visits)
     flight = flown(
         made, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration, smoothing=smoothing,
-        rounds=rounds, vehicle=vehicle, tolerance=tolerance, noise=noise, seed=seed,
+        rounds=rounds, vehicle=vehicle, tolerance=tolerance, tilt_tolerance=tilt_tolerance, noise=noise, seed=seed,
         progress=progress_display("flight", quiet=quiet),
     )  # fmt: skip
     error = tracking(flight, posterior.demonstrations)

@@ -25,7 +25,6 @@ SETTLE = 0.5
 """Seconds of hovering at the end."""
 ASTRAY = 2.0
 """Metres from the path at which a vehicle has lost it."""
-TILT_TOLERANCE = 0.3
 TOLD_EVERY = 50
 
 
@@ -42,6 +41,7 @@ def fly(
     rounds: int = 1,
     vehicle: str = "hummingbird",
     tolerance: float = 0.1,
+    tilt_tolerance: float = 0.3,
     constraints: Mapping[int, Mapping[str, Any]] | None = None,
     noise: float = 0.0,
     seed: int = 0,
@@ -51,12 +51,12 @@ def fly(
 
     Parameters
     ----------
-    plane, height, scale, speed, acceleration, smoothing, overshoot, rounds, constraints:
+    plane, height, scale, speed, acceleration, smoothing, overshoot, rounds, tilt_tolerance, constraints:
         As in ``smooth``.
     vehicle:
         "hummingbird" (0.5 kg, ten times its weight of thrust) or "crazyflie" (30 g, twice its weight: no loops).
     tolerance:
-        Metres within which a waypoint is reached; a tilted one also within 0.3 rad.
+        Metres within which a waypoint is reached; a tilted one also within ``tilt_tolerance`` radians.
     noise:
         Standard deviation in metres of the positions that the controller is told; drawn with ``seed``.
     progress:
@@ -73,12 +73,14 @@ def fly(
     )
     path = smooth(
         waypoints, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration,
-        smoothing=smoothing, overshoot=overshoot, rounds=rounds, vehicle=vehicle, constraints=constraints,
+        smoothing=smoothing, overshoot=overshoot, rounds=rounds, vehicle=vehicle, tilt_tolerance=tilt_tolerance,
+        constraints=constraints,
     )  # fmt: skip
     commands = commands_along(path, made, STEP, SETTLE)
     errors = noise * stream(seed).standard_normal((len(commands.times), 3))
     logged, ended = _simulated(made, commands, errors, Silent() if progress is None else progress)
-    return _flight(waypoints, path, made, commands, logged, ended, tolerance, time.perf_counter() - begin)
+    within = tolerance, float(tilt_tolerance)
+    return _flight(waypoints, path, made, commands, logged, ended, within, time.perf_counter() - begin)
 
 
 def _simulated(
@@ -110,16 +112,16 @@ def _simulated(
 
 def _flight(
     waypoints: Waypoints, path: SmoothPath, vehicle: Vehicle, commands: Commands, logged: dict[str, Floats],
-    ended: FlightStatus, tolerance: float, seconds: float,
+    ended: FlightStatus, within: tuple[float, float], seconds: float,
 ) -> Flight:  # fmt: skip
     n = len(logged["x"])
     times = commands.times[:n]
     misses, tilts = _nearest(path, times, logged["x"], logged["q"])
-    there = (misses <= tolerance) & (tilts <= TILT_TOLERANCE)
+    there = (misses <= within[0]) & (tilts <= within[1])
     status = ended if ended is not FlightStatus.FLOWN or there.all() else FlightStatus.DID_NOT_ARRIVE
     return Flight(
         times, logged["x"], logged["v"], logged["q"], commands.positions[:n], logged["rotor_speeds"],
-        vehicle.thrust(logged["rotor_speeds"]), waypoints, path, misses, tilts, tolerance, TILT_TOLERANCE, status,
+        vehicle.thrust(logged["rotor_speeds"]), waypoints, path, misses, tilts, *within, status,
         vehicle.name, seconds,
     )  # fmt: skip
 

@@ -22,8 +22,8 @@ from subgoal.runtime.errors import InputError
 PART = np.pi / 4
 """Radians of an arc between points that the path goes through."""
 MOST_TURN = 1.6 * np.pi
-AIM = 0.2
-"""Radians by which thrust may point aside at a tilted waypoint, in the path."""
+AIM = 2 / 3
+"""Of the tolerance of a tilt, what the path may use up: the rest is for the controller."""
 LEAST = GRAVITY
 """Thrust over mass that is left at a tilted waypoint, m/s²."""
 TRIED = np.geomspace(0.05, 10.0, 200)
@@ -31,6 +31,19 @@ LOOKED_AT = 200
 """Moments of a way at which thrust is looked at."""
 RAMPS = (0.5, 0.45, 0.4)
 """Of the time, what goes by before the vehicle is at full speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """How a vehicle turns over: within ``tolerance`` radians of each tilt."""
+
+    vehicle: Vehicle
+    tolerance: float
+
+    @property
+    def aim(self) -> float:
+        """Radians by which the path's thrust may point aside at a tilted waypoint."""
+        return AIM * self.tolerance
 
 
 @dataclass(frozen=True)
@@ -53,13 +66,13 @@ class Pace:
     aside: float
     place: int
 
-    def unfit(self, vehicle: Vehicle) -> float:
+    def unfit(self, how: Turning) -> float:
         """How far this is beyond what the vehicle can: 0 if it can."""
-        over = max(self.thrust / vehicle.usable_thrust, self.turning / RESERVE, self.aside / AIM)
+        over = max(self.thrust / how.vehicle.usable_thrust, self.turning / RESERVE, self.aside / how.aim)
         return max(over - 1, 0.0)
 
 
-def manoeuvre(route: Route, placement: Placement, vehicle: Vehicle, first: int, last: int) -> tuple[Pieces, Floats]:
+def manoeuvre(route: Route, placement: Placement, how: Turning, first: int, last: int) -> tuple[Pieces, Floats]:
     """The way from place ``first`` to ``last``, from rest to rest, and when it comes to each place.
 
     Of several laws of speed along it, the one that asks for the least thrust. Raises ``InputError`` where thrust cannot
@@ -71,10 +84,10 @@ def manoeuvre(route: Route, placement: Placement, vehicle: Vehicle, first: int, 
     for ramp in RAMPS:
         times = _eased(lengths / lengths[-1], ramp)
         path = minimum_snap(points, times)
-        tried.append((_pace(path, times[at], route, placement, vehicle, first), path, times[at]))
-    pace, path, reached = min(tried, key=lambda each: (each[0].unfit(vehicle), each[0].thrust))
-    if pace.unfit(vehicle) > 0:
-        raise _refused(pace, route, vehicle)
+        tried.append((_pace(path, times[at], route, placement, how, first), path, times[at]))
+    pace, path, reached = min(tried, key=lambda each: (each[0].unfit(how), each[0].thrust))
+    if pace.unfit(how) > 0:
+        raise _refused(pace, route, how)
     return path.stretched(1 / pace.factor), reached / pace.factor
 
 
@@ -118,7 +131,7 @@ def _eased(share: Floats, ramp: float) -> Floats:
     return np.interp(share, gone / gone[-1], clock)
 
 
-def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, vehicle: Vehicle, first: int) -> Pace:
+def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, how: Turning, first: int) -> Pace:
     """The lowest of the speeds tried that the vehicle can fly with its thrust as wanted, else the one that comes
     nearest.
     """
@@ -129,7 +142,7 @@ def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, veh
     size = np.linalg.norm(thrust, axis=2)
     turned = np.unwrap(placement.tilts(thrust), axis=1)
     bend = np.abs(np.diff(turned, 2, axis=1)) * (TRIED[:, None] / clock[1]) ** 2
-    turning = (bend / (vehicle.turning * np.maximum(size[:, 1:-1], 1e-9))).max(axis=1)
+    turning = (bend / (how.vehicle.turning * np.maximum(size[:, 1:-1], 1e-9))).max(axis=1)
     there = square * path.at(reached[tilted], 3)[2] + WEIGHT
     wanted = placement.direction(route.angles[first + np.array(tilted)])
     along = (there * wanted).sum(axis=2) / np.maximum(np.linalg.norm(there, axis=2), 1e-9)
@@ -140,15 +153,16 @@ def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, veh
              first + tilted[worst[k]])
         for k in range(TRIED.size)
     ]  # fmt: skip
-    return min(paces, key=lambda pace: pace.unfit(vehicle))
+    return min(paces, key=lambda pace: pace.unfit(how))
 
 
-def _refused(pace: Pace, route: Route, vehicle: Vehicle) -> InputError:
+def _refused(pace: Pace, route: Route, how: Turning) -> InputError:
     tilt = np.degrees(np.arccos(np.cos(route.angles[pace.place])))
     return InputError(
         "waypoints", where=route.name(pace.place),
-        found=f"a tilt of {tilt:.0f}° that {vehicle.name} cannot have there: at best thrust points "
-              f"{np.degrees(pace.aside):.0f}° aside, with {pace.thrust / vehicle.usable_thrust:.0%} of the thrust and "
-              f"{pace.turning / RESERVE:.0%} of the moment there are",
+        found=f"a tilt of {tilt:.0f}° that {how.vehicle.name} cannot have there: at best thrust points "
+              f"{np.degrees(pace.aside):.0f}° aside, with {pace.thrust / how.vehicle.usable_thrust:.0%} of the thrust "
+              f"and {pace.turning / RESERVE:.0%} of the moment there are",
         wanted="a larger loop, on which the angle turns as the path does",
+        hint="a larger tilt_tolerance=",
     )  # fmt: skip

@@ -11,8 +11,6 @@ from subgoal.flight.waypoints import Waypoints
 from subgoal.runtime.checks import Bools, Floats, Ints, whole
 from subgoal.runtime.errors import InputError
 
-LEVEL = 0.35
-"""Radians within which a vehicle is level: it can hover there."""
 START = -1
 
 
@@ -32,7 +30,7 @@ class Route:
         (K,) radians wanted there, continuous along the route: tilts in a vertical plane, else headings; zeros where
         there is no angle.
     tilted:
-        (K,) whether the angle is a tilt at which no vehicle can hover.
+        (K,) whether the angle is a tilt at which no vehicle can hover, not within the tolerance of level.
     """
 
     places: Floats
@@ -47,8 +45,10 @@ class Route:
         return "the start" if at == START else f"waypoint {at + 1}"
 
 
-def route_of(waypoints: Waypoints, placement: Placement, rounds: int) -> Route:
+def route_of(waypoints: Waypoints, placement: Placement, rounds: int, tolerance: float) -> Route:
     """From the start through all waypoints; ``rounds`` times, if they are cyclic, and back to where it began.
+
+    A tilt of more than ``tolerance`` radians is one.
 
     A cyclic route begins and ends at the waypoint nearest to the start. Raises ``InputError`` for rounds of waypoints
     that are not cyclic, for places that fall together in the world, and for first and last ones that are tilted.
@@ -67,8 +67,8 @@ def route_of(waypoints: Waypoints, placement: Placement, rounds: int) -> Route:
     if order[0] == START and waypoints.start is not None:
         spots[0] = waypoints.start
     places = placement.to_world(spots)
-    angles, tilted = _angles(waypoints, placement, spots, order)
-    route = Route(places, order, np.where(order == START, 0.0, waypoints.dwell[order]), angles, tilted)
+    angles, lean = _angles(waypoints, placement, spots, order)
+    route = Route(places, order, np.where(order == START, 0.0, waypoints.dwell[order]), angles, lean > tolerance)
     _check(route)
     return route
 
@@ -89,18 +89,18 @@ def _begins_elsewhere(waypoints: Waypoints) -> bool:
     return bool(gap > 0.1 * metric.distance(first, waypoints.positions[1]))
 
 
-def _angles(waypoints: Waypoints, placement: Placement, spots: Floats, order: Ints) -> tuple[Floats, Bools]:
-    """(K,) continuous angles, and which of them are tilts."""
+def _angles(waypoints: Waypoints, placement: Placement, spots: Floats, order: Ints) -> tuple[Floats, Floats]:
+    """(K,) continuous angles, and (K,) how far each leans from level."""
     if placement.quaternion is not None:
         angles, lean = _of_quaternions(spots[:, placement.quaternion : placement.quaternion + 4])
-        return np.unwrap(angles), lean > LEVEL
+        return np.unwrap(angles), lean
     if placement.angle is None:
-        return np.zeros(len(order)), np.zeros(len(order), bool)
+        return np.zeros(len(order)), np.zeros(len(order))
     first = float(spots[0, placement.angle])
     turned = np.where(order == START, 0.0, waypoints.turns[order])[1:]
     angles = np.append(first, first + np.cumsum(turned))
     angles = angles if not placement.upright else angles - 2 * np.pi * np.round(first / (2 * np.pi))
-    return angles, (np.cos(angles) < np.cos(LEVEL)) & placement.upright
+    return angles, np.arccos(np.cos(angles)) * placement.upright
 
 
 def _of_quaternions(four: Floats) -> tuple[Floats, Floats]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from subgoal.flight.loops import manoeuvre
+from subgoal.flight.loops import Turning, manoeuvre
 from subgoal.flight.placement import Placement, place
 from subgoal.flight.polynomials import Pieces, held, joined
 from subgoal.flight.route import Route, route_of
@@ -77,6 +77,7 @@ def smooth(
     overshoot: float = 0.1,
     rounds: int = 1,
     vehicle: str = "hummingbird",
+    tilt_tolerance: float = 0.3,
     constraints: Mapping[int, Mapping[str, Any]] | None = None,
 ) -> SmoothPath:
     """The path of minimum snap through the waypoints, no faster than ``speed`` and ``acceleration``.
@@ -97,6 +98,8 @@ def smooth(
         straight lines, points on these are added, and if that does not help it rests at the ends of the line.
     rounds:
         Of waypoints that are cyclic.
+    tilt_tolerance:
+        Radians within which a tilt is had, and a vehicle level.
     constraints:
         For waypoint k (from 0), "velocity" or "acceleration" (3,) in the world, where the path goes through it.
 
@@ -112,15 +115,16 @@ def smooth(
     if smoothing not in SMOOTHINGS:
         raise InputError("smoothing", found=repr(smoothing), wanted=" or ".join(map(repr, SMOOTHINGS)))
     bound = positive("overshoot", overshoot)
+    how = Turning(made, positive("tilt_tolerance", tilt_tolerance))
     placement = place(waypoints, plane, height, scale)
-    route = route_of(waypoints, placement, rounds)
+    route = route_of(waypoints, placement, rounds, how.tolerance)
     pinned = _constraints(constraints, route)
     rests = route.dwell > 0
     rests[[0, -1]] = True
     if smoothing == "stop":
         rests |= ~route.tilted
         rests[[k for k in pinned if not route.tilted[k]]] = False
-    return _assembled(route, placement, made, rests, pace, bound, pinned)
+    return _assembled(route, placement, how, rests, pace, bound, pinned)
 
 
 def _limits(vehicle: Vehicle, speed: float, acceleration: float) -> tuple[float, float]:
@@ -155,7 +159,7 @@ def _vector(what: str, value: Any) -> Floats:
 
 
 def _assembled(
-    route: Route, placement: Placement, vehicle: Vehicle, rests: Any, pace: tuple[float, float], bound: float,
+    route: Route, placement: Placement, how: Turning, rests: Any, pace: tuple[float, float], bound: float,
     pinned: dict[int, dict[str, Floats]],
 ) -> SmoothPath:  # fmt: skip
     """Ways from rest to rest, one after another, with the dwells between them."""
@@ -166,10 +170,12 @@ def _assembled(
         if route.dwell[a] > 0:
             parts.append(held(route.places[a], float(route.dwell[a])))
             clock += float(route.dwell[a])
+        own = {k - a: pinned[k] for k in range(a + 1, b) if k in pinned}
         if route.tilted[a : b + 1].any():
-            part, reached = manoeuvre(route, placement, vehicle, a, b)
+            if own:
+                raise InputError("constraints", where=route.name(a + min(own)), found="a way with tilts", wanted="none")
+            part, reached = manoeuvre(route, placement, how, a, b)
         else:
-            own = {k - a: pinned[k] for k in range(a + 1, b) if k in pinned}
             part, reached, apart = way(route.places[a : b + 1], pace, bound, own)
             widest = max(widest, apart)
         arrivals[a + 1 : b + 1] = clock + reached[1:]

@@ -67,8 +67,10 @@ def tracking(flight: Flight, demonstrations: Demonstrations) -> Tracking:
     """Compare where the vehicle was with where the demonstrator was.
 
     A hand takes its own time, so time is left out: each flown sample is compared with the nearest point of the
-    demonstrated lines, and each demonstrated sample with the nearest point of the flown line. Before the flight and
-    after it nothing counts. Raises ``InputError`` for demonstrations in other coordinates than the waypoints.
+    demonstrated lines, and each demonstrated sample with the nearest point of the flown line. Samples are
+    even in time, so that rests count too.
+
+    Raises ``InputError`` for demonstrations in other coordinates than the waypoints.
     """
     placement = flight.placement
     if demonstrations.is_discrete or demonstrations.names != flight.waypoints.dimensions:
