@@ -35,8 +35,8 @@ class Stream:
     """Subgoals while a recording is going on: the posterior of ``subgoal.sample``, kept up with every sample.
 
     Unlike most things here it changes: every method but ``demonstrations``, ``candidates`` and ``likelihood`` moves it
-    on, and it is for one thread at a time. Two streams told the same in the same order with the same ``seed`` say the same. One that is given something
-    wrong raises ``InputError`` and is as it was.
+    on, and it is for one thread at a time. Two streams told the same in the same order with the same ``seed`` say the
+    same. One that is given something wrong raises ``InputError`` and is as it was.
 
     Parameters
     ----------
