@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from subgoal.demonstrations.poses import plane_angles, plane_axes
 from subgoal.flight.placement import place
 from subgoal.flight.waypoints import Waypoints
+from subgoal.runtime.errors import InputError
 
 PERIOD = (np.inf, np.inf, 2 * np.pi)
 POSES = np.array([[0.5, 1.0, 0.3], [2.0, -1.0, 2.5]])
@@ -50,6 +51,7 @@ def test_quaternions_give_headings_and_tilted_ones_are_told() -> None:
     four = Rotation.from_euler("zx", [[0, 0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]]).as_quat()
     places = np.column_stack([np.arange(4.0), np.zeros(4), np.ones(4), four])
     made = Waypoints(places, dimensions=("x", "y", "z", "qx", "qy", "qz", "qw"), units="m")
-    route = route_of(made, place(made, None, 1.0, None), 1, 0.3)
-    np.testing.assert_allclose(route.angles[:2], [0, 1.0], atol=1e-12)
-    assert route.tilted.tolist() == [False, False, True, False]
+    placement = place(made, None, 1.0, None)
+    np.testing.assert_allclose(route_of(made, placement, 1, 1.1).angles[:2], [0, 1.0], atol=1e-12)
+    with pytest.raises(InputError, match="waypoint 3: found a tilt in three dimensions"):
+        route_of(made, placement, 1, 0.9)

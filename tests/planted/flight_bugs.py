@@ -43,7 +43,7 @@ FLIGHT_BUGS = [
     Bug("loops are flown at a hand's pace", LOOPS, "np.linalg.norm(there, axis=2) < LEAST, np.pi,",
         "np.linalg.norm(there, axis=2) < LEAST, 0,",
         OF_FLIGHTS + "a_flip_is_inverted_at_the_top_and_level_at_both_ends"),
-    Bug("the thrust there is does not matter", LOOPS, "max(self.thrust / vehicle.usable_thrust, self.turning / RESERVE",
+    Bug("the thrust there is does not matter", LOOPS, "max(self.thrust / how.vehicle.usable_thrust, self.turning / RESERVE",
         "max(0.0, self.turning / RESERVE", OF_FLIGHTS + "a_crazyflie_cannot_loop"),
     Bug("rotors lag twice as long", VEHICLE, "np.exp(-part * step / p", "np.exp(-part / 2 * step / p",
         OF_FLIGHTS + "steps_are_those_of_a_fine_solver"),

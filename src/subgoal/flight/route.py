@@ -69,7 +69,7 @@ def route_of(waypoints: Waypoints, placement: Placement, rounds: int, tolerance:
     places = placement.to_world(spots)
     angles, lean = _angles(waypoints, placement, spots, order)
     route = Route(places, order, np.where(order == START, 0.0, waypoints.dwell[order]), angles, lean > tolerance)
-    _check(route)
+    _check(route, placement)
     return route
 
 
@@ -112,7 +112,10 @@ def _of_quaternions(four: Floats) -> tuple[Floats, Floats]:
     return np.arctan2(nose[:, 1], nose[:, 0]), np.arccos(np.clip(thrust[:, 2], -1, 1))
 
 
-def _check(route: Route) -> None:
+def _check(route: Route, placement: Placement) -> None:
+    if route.tilted.any() and not placement.upright:
+        raise InputError("waypoints", where=route.name(int(np.argmax(route.tilted))), found="a tilt in three dimensions",
+                         wanted="tilts in a vertical plane", hint="read(..., plane='yz')")  # fmt: skip
     gaps = np.linalg.norm(np.diff(route.places, axis=0), axis=1)
     if not (gaps > 1e-6).all():
         k = int(np.argmin(gaps)) + 1
