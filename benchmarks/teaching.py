@@ -2,9 +2,9 @@
 
 ``python -m benchmarks.teaching`` prints one table. In a real browser (Chromium) a drawing of 600 points is made again
 and again; the time is that from pen-up, in the page, until the frame with the subgoals has been drawn, by
-``performance.now()``. Then 20 clients on
-loopback send 60 points a second for 60 seconds each, as strokes of ten seconds that do not end together, and what the server holds is compared
-with what was sent, point by point. Server and clients share this machine. ``--quick`` does less of each.
+``performance.now()``. Then 20 clients on loopback send 60 points a second for 60 seconds each, as strokes of ten
+seconds that do not end together, and what the server holds is compared with what was sent, point by point. Server and
+clients share this machine. ``--quick`` does less of each.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from tests.planted.sampler_bugs import SAMPLER_BUGS
 from tests.planted.sharded_bugs import SHARDED_BUGS
 from tests.planted.streaming_bugs import STREAMING_BUGS
 from tests.planted.summary_bugs import SUMMARY_BUGS
+from tests.planted.teach_bugs import TEACH_BUGS
 from tests.planted.temporal_bugs import STICKY_AND_GROUP_BUGS
 from tests.planted.walk_bugs import WALK_BUGS
 from tests.planted.world_bugs import WORLDS
@@ -160,5 +161,5 @@ BUGS = [
     *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
     *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS, *WALK_BUGS, *MARGIN_BUGS, *ENTROPY_BUGS,
     *PRIOR_BUGS, *COMPARE_BUGS, *SHARDED_BUGS, *ENVELOPE_BUGS, *REGRESSION_BUGS, *CONTINUOUS_BUGS, *DYNAMICS_BUGS,
-    *OPTION_BUGS, *POSE_BUGS, *EXPERTISE_BUGS, *FLIGHT_BUGS, *STREAMING_BUGS,
+    *OPTION_BUGS, *POSE_BUGS, *EXPERTISE_BUGS, *FLIGHT_BUGS, *STREAMING_BUGS, *TEACH_BUGS,
 ]  # fmt: skip

@@ -18,6 +18,7 @@ from subgoal.teach.learning import SETTLED, Answer, Tuning, demonstrations_of, l
 from subgoal.teach.limits import Limits
 from tests.teach.made import Page, served, square
 
+pytestmark = pytest.mark.filterwarnings("ignore::subgoal.posterior.sample.ConvergenceWarning")
 OWN = b"time,y,z,stroke\n0,1,2,stroke 1\n0.5,1.5,2,stroke 1\n0.2,0,0,stroke 2\n0.3,1,0,stroke 2\n"
 LEGS = "t,x,y\n" + "".join(f"{0.1 * k},{min(k, 20) * 10},{max(k - 20, 0) * 10}\n" for k in range(41))
 

@@ -19,6 +19,8 @@ from subgoal.teach.learning import FULL, SETTLED, Tuning, demonstrations_of, lea
 from tests.demonstrations.valid_bags import pose, write_bag
 from tests.teach.made import CORNERS, served, square
 
+pytestmark = pytest.mark.filterwarnings("ignore::subgoal.posterior.sample.ConvergenceWarning")
+
 
 def positions(found: Any) -> np.ndarray:
     return np.array([goal.position for goal in found])

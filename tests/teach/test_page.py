@@ -18,7 +18,9 @@ import pytest
 from tests.teach.hand import PLACES, browser, converged, draw, inside, on_screen, path, touch
 from tests.teach.made import TOKEN, Server, served
 
-pytestmark = pytest.mark.t1
+pytestmark = [
+    pytest.mark.t1, pytest.mark.filterwarnings("ignore::subgoal.posterior.sample.ConvergenceWarning"),
+]  # fmt: skip
 DESK = {"width": 1300, "height": 900}
 PHONE = {"viewport": {"width": 375, "height": 667}, "has_touch": True, "is_mobile": True, "device_scale_factor": 2}
 STROKES = "plane.strokes.map((stroke) => stroke.length)"

@@ -11,7 +11,7 @@ from typing import Any
 
 from subgoal.answers.subgoals import Subgoals
 from subgoal.posterior.posterior import Posterior
-from subgoal.runtime.errors import SubgoalError
+from subgoal.runtime.errors import InputError, SubgoalError
 from subgoal.teach.drawing import Drawing, Sheet
 from subgoal.teach.files import read_dropped, save_project
 from subgoal.teach.flying import flown, waypoint_text
@@ -181,10 +181,15 @@ def _work(
     if sheet.n_points == 0:
         return None, nothing(number)
     try:
-        if stage == DRAWING and sheet.by_hand:
-            answer = live.answer(sheet, tuning)
-        else:
-            answer = learn(demonstrations_of(sheet.recording(), limits.pairs), tuning, stage)
+        answer = _learned(sheet, tuning, stage, limits, live)
     except SubgoalError as problem:
         return None, nothing(number, TOO_LITTLE if sheet.by_hand else str(problem))
     return answer, picture(answer, number)
+
+
+def _learned(sheet: Sheet, tuning: Tuning, stage: str, limits: Limits, live: Live) -> Answer:
+    """By the stream while the pen is down; of files, long rests and at pen-up from the whole drawing."""
+    if stage == DRAWING and sheet.by_hand:
+        with suppress(InputError):
+            return live.answer(sheet, tuning)
+    return learn(demonstrations_of(sheet.recording(), limits.pairs), tuning, stage)

@@ -30,6 +30,7 @@ from subgoal.teach.outbox import Outbox
 from subgoal.teach.picture import shown
 from subgoal.teach.workshop import Workshop
 
+ELSEWHERE = "This session goes on elsewhere. Reload for another one."
 LOG = logging.getLogger("subgoal.teach")
 
 
@@ -59,8 +60,7 @@ class Session:
     def attach(self, page: str, outbox: Outbox) -> None:
         """A page has come (back): it is told everything; one that was here before is told that it is closed."""
         if self._outbox is not None:
-            self._outbox.put({"type": "error", "code": "closed", "text": "This session goes on elsewhere."})
-            self._outbox.close()
+            self._outbox.put({"type": "error", "code": "closed", "text": ELSEWHERE})
         self.page, self._outbox = page, outbox
         tuning = self._learner.tuning
         self._send({
@@ -85,7 +85,7 @@ class Session:
         """Do what a message asks, or answer why not; never raises for anything that a page can send."""
         try:
             if outbox is not self._outbox:
-                raise RefusedError("closed", "This session goes on elsewhere, or is closed.")
+                raise RefusedError("closed", ELSEWHERE)
             self._in_time(self._messages, 1)
             operation = parse(message, self._limits)
             if isinstance(operation, Hello):

@@ -67,7 +67,8 @@ export class Link {
     } else {
       if (message.code === "closed" || message.code === "full") {
         this.refused = true;
-        this.on.state("refused", message.text);
+        this.on.state("refused", "not connected");
+        this.socket.close();
       }
       this.on.error(message);
     }
