@@ -26,6 +26,8 @@ STREAMING_BUGS = [
         "first = start", PAIRS + "pairs_are_given_as_soon_as_they_are_sure[None-2]"),
     Bug("what is known at the end changes nothing", TABLE, "if not changed.size:", "if True:",
         PAIRS + "samples_that_lie_on_the_grid_stay_what_they_were"),
+    Bug("coarse clocks are not minded", TRACK, "if self._rate is not None and _ends_twice(",
+        "if self._rate is None and _ends_twice(", PAIRS + "seconds_since_1970_may_end_on_a_resampling_time"),
     Bug("rows that become slow stay", TABLE, "np.union1d(changed, new)", "np.asarray(new)",
         ROWS + "pairs_become_slow_and_quick_again_as_the_median_speed_moves"),
     Bug("standing still counts in the median speed", TABLE, "if speed[0] > 0:", "if True:",

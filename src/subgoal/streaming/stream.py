@@ -128,10 +128,11 @@ class Stream:
         The next sample begins another. ``name`` is that of the trajectory, else "T" and its number. One of one
         sample, or too short for one step of resampling, is dropped, and counted.
         """
-        known, track, self._track = self._at, self._track, self._new_track()
+        known, track = self._at, self._track
         whole_track = track.whole()
         if not len(track):
             return 0
+        self._track = self._new_track()
         self._begun += 1
         if whole_track is None or whole_track.times is None:
             self._source = self._source.noting(**{track.flaw: 1})
