@@ -171,7 +171,7 @@ def test_more_tolerance_lets_a_leaning_end_be_level_and_a_side_be_passed() -> No
         [[0.0, 0.5, 0.0], [RADIUS, 0.5 + RADIUS, np.pi / 2], [0, 0.5 + 2 * RADIUS, np.pi]],
         turns=[np.pi, np.pi / 2, np.pi / 2], dimensions=("y", "z", "angle"), units="m", period=period, cyclic=True,
     )  # fmt: skip
-    with pytest.raises(InputError, match="waypoint 2: found a tilt of 90°.*tilt_tolerance"):
+    with pytest.raises(InputError, match=r"waypoint 2: found a tilt of 90°.*tilt_tolerance"):
         fly(side)
     flight = fly(side, tilt_tolerance=1.0)
     assert flight.status is FlightStatus.FLOWN

@@ -53,5 +53,5 @@ def test_quaternions_give_headings_and_tilted_ones_are_told() -> None:
     made = Waypoints(places, dimensions=("x", "y", "z", "qx", "qy", "qz", "qw"), units="m")
     placement = place(made, None, 1.0, None)
     np.testing.assert_allclose(route_of(made, placement, 1, 1.1).angles[:2], [0, 1.0], atol=1e-12)
-    with pytest.raises(InputError, match="waypoint 3: found a tilt in three dimensions"):
+    with pytest.raises(InputError, match="waypoint 3: found a tilt in 3 dimensions"):
         route_of(made, placement, 1, 0.9)

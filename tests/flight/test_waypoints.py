@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -64,6 +66,14 @@ def test_whole_turns_are_those_of_the_demonstrator() -> None:
 def test_turns_are_nearest_to_what_was_turned() -> None:
     made = waypoints(served("1*20 0*20", POSES, angles=True))
     np.testing.assert_allclose(made.turns, [3.1, -3.1])
+
+
+def test_visits_turn_as_each_was_turned_to() -> None:
+    posterior = served("1*20 0*20 1*20 0*20", POSES, angles=True)
+    states = np.array(posterior.demonstrations.states)
+    states[40:, 2] *= (3.1 - TURN) / 3.1
+    other = replace(posterior, demonstrations=replace(posterior.demonstrations, states=states))
+    np.testing.assert_allclose(waypoints(other, visits=True).turns, [3.1, -3.1, 3.1 - TURN, TURN - 3.1])
 
 
 def test_a_square_has_four_corners_in_order() -> None:

@@ -114,7 +114,7 @@ def _of_quaternions(four: Floats) -> tuple[Floats, Floats]:
 
 def _check(route: Route, placement: Placement) -> None:
     if route.tilted.any() and not placement.upright:
-        raise InputError("waypoints", where=route.name(int(np.argmax(route.tilted))), found="a tilt in three dimensions",
+        raise InputError("waypoints", where=route.name(int(np.argmax(route.tilted))), found="a tilt in 3 dimensions",
                          wanted="tilts in a vertical plane", hint="read(..., plane='yz')")  # fmt: skip
     gaps = np.linalg.norm(np.diff(route.places, axis=0), axis=1)
     if not (gaps > 1e-6).all():
