@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from subgoal.teach.limits import Limits
 from tests.teach.hand import PLACES, browser, converged, draw, inside, on_screen, path, touch
 from tests.teach.made import TOKEN, Server, served
 
@@ -153,6 +154,30 @@ def test_no_point_is_lost_when_the_connection_breaks_while_one_draws(page: Any) 
         kept = [[float(row[name]) for name in ("time", "y", "z")] for row in csv.DictReader(stream)]
     assert kept == inside(page, "plane.strokes[0]")
     assert len(kept) > 80
+
+
+def test_what_came_too_fast_for_the_server_is_sent_again(chromium: Any, tmp_path: Path) -> None:
+    limits = Limits(points_per_second=80.0, points_at_once=30)
+    with served(tmp_path, limits) as slow, opened(chromium, slow, viewport=DESK) as page:
+        draw(page, seconds=1)
+        converged(page)
+        with (save(page) / "recording.csv").open() as stream:
+            assert len(list(csv.DictReader(stream))) == inside(page, STROKES)[0]
+        assert not page.is_visible("#message.bad")
+
+
+def test_a_stroke_that_was_cut_off_by_loading_anew_is_ended(page: Any) -> None:
+    page.mouse.move(*on_screen(page, [(0.3, 0.3)])[0])
+    inside(page, "(link.welcomed = false, link.socket.onclose = null, link.socket.close())")
+    page.mouse.down()
+    page.mouse.move(*on_screen(page, [(0.6, 0.3)])[0], steps=10)
+    page.reload()
+    page.wait_for_selector("#link.here")
+    page.mouse.up()
+    draw(page, path(60)[:30], seconds=0.5)
+    page.wait_for_selector("#save:enabled")
+    assert len(inside(page, STROKES)) == 2
+    assert not page.is_visible("#message.bad")
 
 
 def test_what_waits_to_be_sent_outlives_the_page(page: Any) -> None:

@@ -1,6 +1,9 @@
 // The connection: operations are numbered, kept until the server says that they are done, and sent again after a break.
 
-const PAUSES = [200, 500, 1000, 2000, 4000];
+const PAUSES = [200, 500, 1000, 2000, 4000]; // milliseconds before each try to connect again
+const LITTLE = 60; // milliseconds
+const TOGETHER = 500; // points in one message
+const WINDOW = 200; // operations on their way
 
 export class Link {
   // on: {welcome, answer, ...} by type of message, and state("here" | "gone" | "refused", text).
@@ -13,7 +16,8 @@ export class Link {
     this.next = this.waiting.length ? this.waiting.at(-1).number + 1 : 1;
     this.points = [];
     this.tries = 0;
-    this.welcomed = false;
+    this.sent = 0;
+    this.welcomed = this.paused = false;
     addEventListener("pagehide", () => this.keep());
     this.connect();
   }
@@ -34,36 +38,44 @@ export class Link {
 
   hear(message) {
     if (message.type === "welcome") this.resume(message);
-    else if (message.type === "done") this.waiting = this.waiting.filter((each) => each.number > message.number);
-    else if (message.type === "error") this.trouble(message);
+    else if (message.type === "done") {
+      this.waiting = this.waiting.filter((each) => each.number > message.number);
+      this.pump();
+    } else if (message.type === "error") this.trouble(message);
     else this.on[message.type]?.(message);
   }
 
   resume(message) {
-    const other = this.session !== message.session;
     const before = this.session;
+    const other = before !== message.session;
     this.session = message.session;
     sessionStorage.setItem("session", this.session);
     this.tries = 0;
-    if (other) {
-      this.waiting = [];
-      this.next = message.last + 1;
-    } else {
-      this.waiting = this.waiting.filter((each) => each.number > message.last);
-      if (this.waiting.length && this.waiting[0].number !== message.last + 1) this.waiting = [];
-      this.next = message.last + this.waiting.length + 1;
-    }
+    this.waiting = other ? [] : this.waiting.filter((each) => each.number > message.last);
+    if (this.waiting.length && this.waiting[0].number !== message.last + 1) this.waiting = [];
+    this.next = message.last + this.waiting.length + 1;
+    this.sent = message.last;
     this.welcomed = true;
+    this.paused = false;
     this.on.state("here", "connected");
     this.on.welcome(message, this.waiting, other && before !== null);
-    for (const each of this.waiting) this.transmit(each);
+    this.pump();
   }
 
   trouble(message) {
     if (message.code === "too-fast") {
-      setTimeout(() => this.again(message.number ?? 0), 1000 * (message.wait ?? 1));
+      this.sent = Math.min(this.sent, (message.number ?? this.waiting[0]?.number ?? this.next) - 1);
+      if (this.paused) return;
+      this.paused = true;
+      setTimeout(() => {
+        this.paused = false;
+        this.pump();
+      }, 1000 * (message.wait ?? 1) + LITTLE);
     } else if (message.code === "out-of-order" && message.expected) {
-      this.again(message.expected);
+      if (this.asked === message.expected && performance.now() - this.askedAt < 5 * LITTLE) return;
+      [this.asked, this.askedAt] = [message.expected, performance.now()];
+      this.sent = Math.min(this.sent, message.expected - 1);
+      this.pump();
     } else {
       if (message.code === "closed" || message.code === "full") {
         this.refused = true;
@@ -74,18 +86,17 @@ export class Link {
     }
   }
 
-  again(from) {
-    for (const each of this.waiting) if (each.number >= from) this.transmit(each);
-  }
-
   // An operation, done once whatever happens to the connection; what the hand drew before goes first.
   do(type, fields = {}, content = null) {
     this.flush();
-    const operation = { type, number: this.next++, ...fields };
+    return this.queue({ type, number: this.next++, ...fields }, content).number;
+  }
+
+  queue(operation, content = null) {
     if (content) Object.defineProperty(operation, "content", { value: content });
     this.waiting.push(operation);
-    this.transmit(operation);
-    return operation.number;
+    this.pump();
+    return operation;
   }
 
   add(point) {
@@ -93,19 +104,27 @@ export class Link {
     this.points.push(point);
   }
 
+  // Points go together, more of them where they wait for a connection.
   flush() {
     while (this.points.length) {
-      const points = this.points.splice(0, 500);
-      const operation = { type: "points", number: this.next++, points };
-      this.waiting.push(operation);
-      this.transmit(operation);
+      const last = this.waiting.at(-1);
+      const open = last?.type === "points" && last.number > this.sent && last.points.length < TOGETHER;
+      const points = this.points.splice(0, TOGETHER - (open ? last.points.length : 0));
+      if (open) last.points.push(...points);
+      else this.queue({ type: "points", number: this.next++, points });
     }
   }
 
-  transmit(operation) {
-    if (!this.welcomed || this.socket.readyState !== WebSocket.OPEN) return;
-    const text = JSON.stringify(operation);
-    this.socket.send(operation.content ? new Blob([text, "\n", operation.content]) : text);
+  // Sends what has not been sent, no farther ahead of what is done than a window.
+  pump() {
+    if (!this.welcomed || this.paused || this.socket.readyState !== WebSocket.OPEN) return;
+    for (const each of this.waiting) {
+      if (each.number <= this.sent) continue;
+      if (each.number - this.waiting[0].number >= WINDOW) break;
+      const text = JSON.stringify(each);
+      this.socket.send(each.content ? new Blob([text, "\n", each.content]) : text);
+      this.sent = each.number;
+    }
   }
 
   // Before the page goes: what is not done yet is kept for the one that comes after it.

@@ -40,7 +40,9 @@ function welcome(news, waiting, lost) {
   if (lost && plane.strokes.length) return replay();
   drawing(news.drawing);
   for (const each of waiting) follow(each);
-  if (!pen.down && news.drawing.drawn && !waiting.some((each) => each.type === "lift")) link.do("lift");
+  const last = waiting.findLast((each) => ["begin", "lift", "undo", "clear", "file"].includes(each.type));
+  const open = last ? last.type === "begin" : news.drawing.drawn;
+  if (open && !pen.down) link.do("lift");
   slider("confidence", news.confidence);
   slider("concentration", news.concentration);
 }
