@@ -73,6 +73,7 @@ BAD = {
     "no draws": (("--draws", "0"), "draws"),
     "patience below zero": (("--wait", "-1"), "wait"),
     "one weight": (("--weights", "1"), "weights"),
+    "one period": (("--period", "1"), "period"),
     "no window": (("--window", "1"), "window"),
     "no confidence": (("--confidence", "0"), "confidence"),
 }

@@ -28,6 +28,8 @@ STREAMING_BUGS = [
         PAIRS + "samples_that_lie_on_the_grid_stay_what_they_were"),
     Bug("coarse clocks are not minded", TRACK, "if self._rate is not None and _ends_twice(",
         "if self._rate is None and _ends_twice(", PAIRS + "seconds_since_1970_may_end_on_a_resampling_time"),
+    Bug("what went round once comes back", TRACK, "self._turned[wraps] += ", "self._turned[wraps] = ",
+        "streaming/test_angles.py::test_pairs_are_those_of_the_whole_recording[from 0-20.0-2]"),
     Bug("rows that become slow stay", TABLE, "np.union1d(changed, new)", "np.asarray(new)",
         ROWS + "pairs_become_slow_and_quick_again_as_the_median_speed_moves"),
     Bug("standing still counts in the median speed", TABLE, "if speed[0] > 0:", "if True:",

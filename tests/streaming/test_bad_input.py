@@ -79,7 +79,6 @@ BAD_STREAMS = {
     "no chains": ({"chains": 0}, "chains: found 0"),
     "a seed below zero": ({"seed": -1}, "seed: found -1"),
     "a metric of three dimensions": ({"metric": Metric.euclidean(3)}, "metric: found 3 dimensions, wanted 2"),
-    "an angle": ({"metric": Metric.of(2, period=(np.inf, 6.28))}, "metric: found a dimension that wraps"),
 }
 
 

@@ -29,6 +29,9 @@ def follow(
     weights: Annotated[
         str | None, typer.Option(help="Weight of each dimension, e.g. 1,1,0.3.", rich_help_panel=MODEL)
     ] = None,
+    period: Annotated[
+        str | None, typer.Option(help="Period of each dimension, e.g. inf,inf,6.2832.", rich_help_panel=MODEL)
+    ] = None,
     merge_radius: Annotated[
         float | None, typer.Option(help="Places within it are one subgoal; default 5ε.", rich_help_panel=MODEL)
     ] = None,
@@ -71,9 +74,10 @@ def follow(
     draws = whole("draws", draws)
     merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
     patience = float("inf") if wait is None else positive("wait", wait, zero=True)
+    metric = Metric.of(len(names), o.numbers("--weights", weights), o.numbers("--period", period))
     stream = Stream(
         names=names, radius=epsilon, confidence=confidence, concentration=concentration, rate=rate or None,
-        window=window, metric=Metric.of(len(names), o.numbers("--weights", weights)), units=units or "", seed=seed,
+        window=window, metric=metric, units=units or "", seed=seed,
     )  # fmt: skip
     with output_folder(out) as folder:
         following = Following(stream, Display(quiet=quiet, merge_radius=merge_radius))

@@ -65,14 +65,11 @@ def columns(dimension: Any, names: Sequence[str]) -> tuple[tuple[str, ...], int]
     return tuple(names) or tuple(f"x{k}" for k in range(d)), d
 
 
-def flat(metric: Metric | None, dimension: int) -> Metric:
+def fitting(metric: Metric | None, dimension: int) -> Metric:
     """The metric, Euclidean if none is given."""
     metric = Metric.euclidean(dimension) if metric is None else metric
     if metric.dimension != dimension:
         raise InputError("metric", found=f"{metric.dimension} dimensions", wanted=f"{dimension}, as the places")
-    if np.isfinite(metric.period).any():
-        raise InputError("metric", found="a dimension that wraps", wanted="none in a stream",
-                         hint="subgoal.demonstrate(recording, period=...) when the recording is over")  # fmt: skip
     return metric
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from subgoal.answers.segments import OTHER, Segments, segments
 from subgoal.answers.subgoals import MERGE_RADII, Subgoals, subgoals
 from subgoal.candidates import Candidates
+from subgoal.demonstrations.angles import wrapped
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations, Source
 from subgoal.likelihood.action_comparison import DEFAULT_CONFIDENCE
@@ -21,7 +23,7 @@ from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.checks import Floats, positive, whole
 from subgoal.runtime.errors import InputError
 from subgoal.streaming.chains import KEPT, Chains
-from subgoal.streaming.door import checked_confidence, checked_sample, columns, flat
+from subgoal.streaming.door import checked_confidence, checked_sample, columns, fitting
 from subgoal.streaming.draws import Target, drawn, of_late
 from subgoal.streaming.growing import Growing
 from subgoal.streaming.table import GrowingTable
@@ -51,7 +53,8 @@ class Stream:
     window:
         Samples that a velocity spans, after resampling, at least 2: from w//2 before to w − w//2 after.
     metric:
-        Weights of the dimensions; periods are refused.
+        Weights and periods of the dimensions. What wraps goes the shorter way round, and lies from 0 to its period, or
+        around 0 once a coordinate below 0 came, as ``demonstrate`` has it.
     units, time_unit:
         Of places and times, for tables and pictures.
     chains, seed:
@@ -76,7 +79,7 @@ class Stream:
     ) -> None:
         self._names, d = columns(dimension, names)
         self._units, self._time_unit = units, time_unit
-        self._metric = flat(metric, d)
+        self._metric = fitting(metric, d)
         self._radius, self._seed = positive("radius", radius), whole("seed", seed, least=0)
         self._concentration = positive("concentration", concentration)
         self._table = GrowingTable(self._metric, self._radius, checked_confidence(confidence))
@@ -87,7 +90,7 @@ class Stream:
         self._begun, self._starts = 0, [0]
         self._ends: list[Floats] = []
         self._labels: list[str] = []
-        self._source = Source("stream")
+        self._source, self._lowest = Source("stream"), np.full(d, np.inf)
         self._track = self._new_track()
         self._at = 0
         self._record: tuple[int, LogLikelihood] | None = None
@@ -137,6 +140,7 @@ class Stream:
         if whole_track is None or whole_track.times is None:
             self._source = self._source.noting(**{track.flaw: 1})
             return 0
+        self._lowest = np.minimum(self._lowest, track.lowest)
         first = self._starts[-1]
         given = known - first
         counts = {name.replace(" ", "_"): count for name, count in whole_track.source.notes.items()}
@@ -176,7 +180,7 @@ class Stream:
             raise InputError("stream", found="no pairs yet", wanted="at least one", hint="add more samples, or lift()")
         going_on = self._at > self._starts[-1]
         ends = [*self._ends, self._table.states[-1]] if going_on else self._ends
-        return Demonstrations(
+        found = Demonstrations(
             states=self._table.states.copy(),
             actions=self._table.actions.copy(),
             offset=np.array([*self._starts, self._at] if going_on else self._starts),
@@ -189,10 +193,15 @@ class Stream:
             time_unit=self._time_unit,
             source=self._source,
         )
+        return wrapped(found, self._period, self._lows) if self._wraps else found
 
     def candidates(self) -> Candidates:
         """The greedy net so far, in order of arrival, uniform; ``InputError`` before the first pair."""
-        return self._table.candidates
+        found = self._table.candidates
+        if not self._wraps:
+            return found
+        placed = Demonstrations.from_arrays(found.points, np.zeros(len(found.points)))
+        return replace(found, points=wrapped(placed, self._period, self._lows).states)
 
     def likelihood(self) -> LogLikelihood:
         """The table of ``action_comparison`` for the pairs and candidates so far.
@@ -203,7 +212,7 @@ class Stream:
             raise InputError("stream", found="nothing that moves yet", wanted="at least one pair that does",
                              hint="add more samples, or lift()")  # fmt: skip
         if self._record is None or self._record[0] != self._at:
-            self._record = self._at, self._table.likelihood(self.demonstrations())
+            self._record = self._at, self._table.likelihood(self.demonstrations(), self.candidates())
         return self._record[1]
 
     def subgoals(self, *, merge_radius: float | None = None) -> Subgoals:
@@ -238,11 +247,24 @@ class Stream:
         return Target(self._concentration, self.confidence, self._seed)
 
     def _of_late(self) -> Posterior:
-        table = self._table
-        return of_late(self._target, self._chains, self.demonstrations(), table.candidates, table.slow.copy())
+        pairs, places = self.demonstrations(), self.candidates()
+        return of_late(self._target, self._chains, pairs, places, self._table.slow.copy())
+
+    @property
+    def _wraps(self) -> bool:
+        return bool(np.isfinite(self._metric.period).any())
+
+    @property
+    def _period(self) -> list[float]:
+        return [float(length) for length in self._metric.period]
+
+    @property
+    def _lows(self) -> Floats:
+        """(1, d) least coordinates of all samples."""
+        return np.asarray(np.minimum(self._lowest, self._track.lowest)[None])
 
     def _new_track(self) -> Track:
-        return Track(self._metric.dimension, self._rate, self._window)
+        return Track(self._metric.period, self._rate, self._window)
 
     def _take(self, pairs: Pairs) -> None:
         for time, state, action in zip(*pairs, strict=True):

@@ -118,11 +118,11 @@ class GrowingTable:
         if self.n_pairs:
             self._write(np.arange(self.n_pairs))
 
-    def likelihood(self, demonstrations: Demonstrations) -> LogLikelihood:
-        """The table as a record, for the pairs of ``demonstrations``, which are these."""
+    def likelihood(self, demonstrations: Demonstrations, candidates: Candidates) -> LogLikelihood:
+        """The table as a record, for the pairs and candidates of the records given, which are these."""
         n, g = self.n_pairs, self.n_candidates
         source = self._source(slice(0, n), self.candidates)
-        record = LogLikelihood(source, self.confidence, self.candidates, demonstrations)
+        record = LogLikelihood(source, self.confidence, candidates, demonstrations)
         record.hold(self.values[:n, :g].copy())
         return record
 

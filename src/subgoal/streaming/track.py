@@ -27,12 +27,20 @@ class Track:
 
     A sample at a resampling time is settled when one has come that is later, a velocity when its window is settled.
 
-    ``rate`` is in samples per unit of time or None, ``window`` in samples after resampling.
+    ``rate`` is in samples per unit of time or None, ``window`` in samples after resampling. Dimensions of finite
+    ``period`` (d,) are unwound: states may lie whole periods from the samples.
+
+    Attributes
+    ----------
+    lowest:
+        (d,) least coordinates of the samples as they came.
     """
 
-    def __init__(self, dimension: int, rate: float | None, window: int) -> None:
-        self._rate, self._window = rate, window
+    def __init__(self, period: Floats, rate: float | None, window: int) -> None:
+        dimension = period.size
+        self._period, self._rate, self._window = period, rate, window
         self._times, self._places = Growing(), Growing(dimension)
+        self.lowest, self._came, self._turned = np.full(dimension, np.inf), np.zeros(dimension), np.zeros(dimension)
         self._even = (self._times, self._places) if rate is None else (Growing(), Growing(dimension))
         self._given = 0
 
@@ -55,10 +63,22 @@ class Track:
     def add(self, time: float, place: Floats) -> Pairs:
         """Take one sample (time, (d,) place); the pairs that are final now."""
         self._times.extend([time])
-        self._places.extend(place[None])
+        self._places.extend(self._unwound(place)[None])
         if self._rate is not None:
             self._resample(self._rate)
         return self._ready()
+
+    def _unwound(self, place: Floats) -> Floats:
+        """The place with every jump of more than half a period undone, in the arithmetic of ``numpy.unwrap``."""
+        wraps = np.isfinite(self._period)
+        if len(self._times) > 1 and wraps.any():
+            half, jump = self._period[wraps] / 2, (place - self._came)[wraps]
+            short = np.mod(jump + half, 2 * half) - half
+            short[(short == -half) & (jump > 0)] = half[(short == -half) & (jump > 0)]
+            self._turned[wraps] += np.where(np.abs(jump) < half, 0.0, short - jump)
+        self._came = place
+        self.lowest = np.minimum(self.lowest, place)
+        return place + self._turned if wraps.any() else place
 
     def _resample(self, rate: float) -> None:
         times, places = self._times.rows, self._places.rows
@@ -89,7 +109,7 @@ class Track:
         return "trajectories_too_short_to_resample_dropped" if short else ""
 
     def whole(self) -> Demonstrations | None:
-        """What ``demonstrate`` says of all samples, the last ones included; None where there is a flaw.
+        """What ``demonstrate`` says of all unwound samples, the last ones included; None where there is a flaw.
 
         Where the clock is so coarse that the last sample and a resampling time are one number, and yet more than
         rounding apart in steps, the sample is moved to the next number, and counted.
