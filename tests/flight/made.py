@@ -44,12 +44,12 @@ def square_path(rounds: int = 1) -> np.ndarray:
     return along(CORNERS[np.append(np.tile(np.arange(4), rounds), 0)])
 
 
-def flip_path(rounds: int = 1, turn: int = 1) -> np.ndarray:
-    """(M, 3) once round a loop by hand: y, z and an angle that is that of the loop; level for a second at its ends."""
+def flip_path(rounds: int = 1, turn: int = 1, width: float = RADIUS) -> np.ndarray:
+    """(M, 3) round a loop by hand: y, z and an angle that is that of the loop; level for a second at its ends."""
     angle = np.concatenate([np.zeros(20), np.linspace(0, TURN * rounds, 90 * rounds), np.full(20, TURN * rounds)])
     noise = np.random.default_rng(1).standard_normal((angle.size, 3)) * [0.002, 0.002, 0.01]
     return np.column_stack([
-        turn * RADIUS * np.sin(angle), LEAST + RADIUS - RADIUS * np.cos(angle), turn * angle
+        turn * width * np.sin(angle), LEAST + RADIUS - RADIUS * np.cos(angle), turn * angle
     ]) + noise  # fmt: skip
 
 
@@ -62,10 +62,10 @@ def square(rounds: int = 1) -> Posterior:
 
 
 @cache
-def flip(rounds: int = 1, turn: int = 1) -> Posterior:
+def flip(rounds: int = 1, turn: int = 1, width: float = RADIUS) -> Posterior:
     """Posterior of the flip, places at the bottom, at the top and half-way up."""
     metric = pose_metric(0.3, planar=True)
-    demos = subgoal.demonstrate(recorded(flip_path(rounds, turn), ("y", "z", "angle"), tuple(metric.period)))
+    demos = subgoal.demonstrate(recorded(flip_path(rounds, turn, width), ("y", "z", "angle"), tuple(metric.period)))
     table = subgoal.action_comparison(demos, subgoal.epsilon_net(demos, 0.25, metric=metric), confidence=5.0)
     return quiet_sample(table, draws=60, warmup=60, thin=1, seed=0)
 
@@ -93,9 +93,10 @@ def served(runs: str, points: np.ndarray, *, angles: bool = False, offset: list[
     return replace(made, demonstrations=demos)
 
 
-def loop(turn: int = 1, radius: float = RADIUS) -> Waypoints:
+def loop(turn: int = 1, radius: float = RADIUS, roundness: float = 1.0) -> Waypoints:
     """Bottom and top of a loop, level and inverted."""
     return Waypoints(
         np.array([[0.0, LEAST, 0.0], [0.0, LEAST + 2 * radius, np.pi]]), cyclic=True, dimensions=("y", "z", "angle"),
         units="m", period=(np.inf, np.inf, TURN), turns=np.array([turn * np.pi, turn * np.pi]),
+        roundness=roundness,
     )  # fmt: skip

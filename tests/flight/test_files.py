@@ -13,11 +13,13 @@ from subgoal.runtime.errors import InputError, MissingExtraError, ReadError
 from tests.flight.made import flip, loop, square
 
 FIELDS = ("names", "cyclic", "dimensions", "units", "period")
-ARRAYS = ("positions", "labels", "dwell", "start", "turns")
+ARRAYS = ("positions", "labels", "dwell", "start", "turns", "roundness")
 CORNERS = Waypoints(np.array([[0.0, 0.0], [1.5, 0.25]]), ("door", "kiosk, north"), [4, 2], [0.0, 2.5], True)
 
 
-@pytest.mark.parametrize("made", [waypoints(square()), waypoints(flip()), CORNERS], ids=["square", "flip", "named"])
+@pytest.mark.parametrize(
+    "made", [waypoints(square()), waypoints(flip(width=0.2)), CORNERS], ids=["square", "flip", "named"]
+)
 def test_json_holds_everything(tmp_path, made) -> None:
     again = read_waypoints(write_waypoints(made, tmp_path / "w.json"))
     assert [getattr(again, name) for name in FIELDS] == [getattr(made, name) for name in FIELDS]

@@ -66,6 +66,14 @@ def test_a_demonstrated_flip_is_flown_as_it_was_shown() -> None:
     np.testing.assert_allclose(error.halves_flown, error.halves_demonstrated, atol=0.03)
 
 
+def test_a_narrow_loop_is_flown_as_narrow_as_the_vehicle_can() -> None:
+    slim, slimmest = fly(loop(roundness=0.8)), fly(loop(roundness=0.1))
+    assert slim.status is slimmest.status is FlightStatus.FLOWN
+    assert np.ptp(slim.shown[:, 0]) / 2 == pytest.approx(0.8 * RADIUS, abs=0.03)
+    assert 0.2 < np.ptp(slimmest.shown[:, 0]) / 2 < 0.75 * RADIUS
+    assert np.ptp(slimmest.shown[:, 1]) / 2 == pytest.approx(RADIUS, abs=0.03)
+
+
 def test_two_rounds_turn_twice() -> None:
     assert fly(loop(), rounds=2).angles[-1] == pytest.approx(2 * TURN, abs=0.05)
 

@@ -10,7 +10,7 @@ import pytest
 from subgoal.answers import predictions
 from subgoal.flight import Waypoints, waypoints
 from subgoal.runtime.errors import InputError
-from tests.flight.made import TURN, flip, served, square
+from tests.flight.made import RADIUS, TURN, flip, served, square
 
 PLACES = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0], [-1.0, -1.0]])
 POSES = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 3.1], [0.0, 0.0, 0.0]])
@@ -76,6 +76,12 @@ def test_visits_turn_as_each_was_turned_to() -> None:
     np.testing.assert_allclose(waypoints(other, visits=True).turns, [3.1, -3.1, 3.1 - TURN, TURN - 3.1])
 
 
+def test_roundness_is_that_of_the_demonstrated_loop() -> None:
+    np.testing.assert_allclose(waypoints(flip(), cyclic=True).roundness, 1, atol=0.15)
+    np.testing.assert_allclose(waypoints(flip(width=0.15), cyclic=True).roundness, 0.15 / RADIUS, atol=0.1)
+    np.testing.assert_array_equal(waypoints(square()).roundness, 1)
+
+
 def test_a_square_has_four_corners_in_order() -> None:
     np.testing.assert_allclose(waypoints(square()).positions, [[1.5, 0.5], [1.5, 2], [0, 2], [0, 0.5]], atol=0.15)
 
@@ -91,6 +97,8 @@ def test_a_square_has_four_corners_in_order() -> None:
         ({"positions": [[0.0, 1.0], [2, 2]], "dwell": [0.0, np.nan]}, "dwell"),
         ({"positions": [[0.0, 1.0], [2, 2]], "start": [0.0]}, "waypoints: found labels"),
         ({"positions": [[0.0, 1.0], [2, 2]], "turns": [0.0]}, "turns: found shape"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "roundness": 0.0}, "roundness: found"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "roundness": [1.0, 1.1]}, "roundness: found"),
     ],
 )
 def test_what_is_no_waypoints_is_refused(fields: dict, message: str) -> None:

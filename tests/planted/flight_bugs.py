@@ -40,6 +40,8 @@ FLIGHT_BUGS = [
     Bug("arcs bend the other way", LOOPS, "chord = complex(end[across] - begin[across], end[up] - begin[up])",
         "chord, turn = complex(end[across] - begin[across], end[up] - begin[up]), -turn",
         OF_FLIGHTS + "two_rounds_turn_twice"),
+    Bug("every loop is a circle", LOOPS, "narrow + wider * (1 - narrow)", "narrow * 0 + max(wider, 1)",
+        OF_FLIGHTS + "a_narrow_loop_is_flown_as_narrow_as_the_vehicle_can"),
     Bug("loops are flown at a hand's pace", LOOPS, "np.linalg.norm(there, axis=2) < LEAST, np.pi,",
         "np.linalg.norm(there, axis=2) < LEAST, 0,",
         OF_FLIGHTS + "a_flip_is_inverted_at_the_top_and_level_at_both_ends"),
@@ -63,6 +65,6 @@ FLIGHT_BUGS = [
         OF_FILES + "a_failure_leaves_the_old_file"),
     Bug("a bag of a round is open", BAGS, "np.append(order, 0) if waypoints.cyclic else order", "order",
         OF_FILES + "a_bag_holds_the_attitude_and_closes_a_round"),
-    Bug("turns are lost on disk", FILES, 'record["units"], period, record["start"], turns,',
-        'record["units"], period, record["start"],', OF_FILES + "json_holds_everything"),
+    Bug("turns are lost on disk", FILES, 'record["start"], turns, rounded,', 'record["start"], None, rounded,',
+        OF_FILES + "json_holds_everything"),
 ]  # fmt: skip

@@ -102,9 +102,11 @@ def _record(waypoints: Waypoints) -> dict[str, Any]:
         "period": [None if np.isinf(length) else length for length in waypoints.period],
         "start": None if waypoints.start is None else waypoints.start.tolist(),
         "waypoints": [
-            {"label": int(label), "name": name, "position": place.tolist(), "dwell": float(dwell), "turn": float(turn)}
-            for label, name, place, dwell, turn in zip(
-                waypoints.labels, waypoints.names, waypoints.positions, waypoints.dwell, waypoints.turns, strict=True
+            {"label": int(label), "name": name, "position": place.tolist(), "dwell": float(dwell), "turn": float(turn),
+             "roundness": float(rounded)}
+            for label, name, place, dwell, turn, rounded in zip(
+                waypoints.labels, waypoints.names, waypoints.positions, waypoints.dwell, waypoints.turns,
+                waypoints.roundness, strict=True,
             )
         ],
     }  # fmt: skip
@@ -122,11 +124,12 @@ def _from_record(path: Path, text: str) -> Waypoints:
         raise ReadError(str(path), found=found, wanted=wanted)
     try:
         rows = record["waypoints"]
-        names, labels, dwell, turns = ([row[key] for row in rows] for key in ("name", "label", "dwell", "turn"))
+        keys = ("name", "label", "dwell", "turn", "roundness")
+        names, labels, dwell, turns, rounded = ([row[key] for row in rows] for key in keys)
         period = tuple(np.inf if length is None else float(length) for length in record["period"])
         return Waypoints(
             np.array([row["position"] for row in rows], float), tuple(names), labels, dwell, record["cyclic"],
-            tuple(record["dimensions"]), record["units"], period, record["start"], turns,
+            tuple(record["dimensions"]), record["units"], period, record["start"], turns, rounded,
         )  # fmt: skip
     except InputError:
         raise

@@ -19,7 +19,7 @@ from subgoal.flight.vehicle import GRAVITY, RESERVE, WEIGHT, Vehicle
 from subgoal.runtime.checks import Floats
 from subgoal.runtime.errors import InputError
 
-PART = np.pi / 4
+PART = np.pi / 8
 """Radians of an arc between points that the path goes through."""
 MOST_TURN = 1.6 * np.pi
 AIM = 2 / 3
@@ -29,6 +29,8 @@ LEAST = GRAVITY
 TRIED = np.geomspace(0.05, 10.0, 200)
 LOOKED_AT = 200
 """Moments of a way at which thrust is looked at."""
+WIDER = np.linspace(0, 1, 6)
+"""Of the way from a loop as narrow as the demonstrated one to a circle, what is tried."""
 RAMPS = (0.5, 0.45, 0.4)
 """Of the time, what goes by before the vehicle is at full speed."""
 
@@ -75,44 +77,48 @@ class Pace:
 def manoeuvre(route: Route, placement: Placement, how: Turning, first: int, last: int) -> tuple[Pieces, Floats]:
     """The way from place ``first`` to ``last``, from rest to rest, and when it comes to each place.
 
-    Of several laws of speed along it, the one that asks for the least thrust. Raises ``InputError`` where thrust cannot
-    be made to point as wanted, naming the waypoint.
+    Of loops at least as wide as the demonstrated one the narrowest that can be flown, and of several laws of speed the
+    one that asks for the least thrust. Raises ``InputError`` where thrust cannot be made to point as wanted, naming the
+    waypoint.
     """
-    points, at = _points(route, placement, first, last)
-    lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    tried = []
-    for ramp in RAMPS:
-        times = _eased(lengths / lengths[-1], ramp)
-        path = minimum_snap(points, times)
-        tried.append((_pace(path, times[at], route, placement, how, first), path, times[at]))
-    pace, path, reached = min(tried, key=lambda each: (each[0].unfit(how), each[0].thrust))
-    if pace.unfit(how) > 0:
-        raise _refused(pace, route, how)
-    return path.stretched(1 / pace.factor), reached / pace.factor
+    narrow = route.roundness[first + 1 : last + 1]
+    for wider in WIDER if (narrow < 1).any() else (1.0,):
+        points, at = _points(route, placement, first, narrow + wider * (1 - narrow))
+        lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+        tried = []
+        for ramp in RAMPS:
+            times = _eased(lengths / lengths[-1], ramp)
+            path = minimum_snap(points, times)
+            tried.append((_pace(path, times[at], route, placement, how, first), path, times[at]))
+        pace, path, reached = min(tried, key=lambda each: (each[0].unfit(how), each[0].thrust))
+        if pace.unfit(how) == 0:
+            return path.stretched(1 / pace.factor), reached / pace.factor
+    raise _refused(pace, route, how)
 
 
-def _points(route: Route, placement: Placement, first: int, last: int) -> tuple[Floats, list[int]]:
+def _points(route: Route, placement: Placement, first: int, roundness: Floats) -> tuple[Floats, list[int]]:
     """Points along the arcs, and which of them are the places of the route."""
     parts, at = [route.places[first : first + 1]], [0]
-    for k in range(first, last):
+    for k, rounded in enumerate(roundness.tolist(), first):
         turn = float(route.angles[k + 1] - route.angles[k])
         if not abs(turn) <= MOST_TURN:
             raise InputError("waypoints", where=route.name(k + 1), found=f"a turn by {np.degrees(turn):.0f}°",
                              wanted=f"at most {np.degrees(MOST_TURN):.0f}°, a waypoint in between")  # fmt: skip
         count = max(1, int(np.ceil(abs(turn) / PART - 1e-9)))
         share = np.arange(1, count + 1) / count
-        parts.append(_arc(route.places[k], route.places[k + 1], turn, share, placement))
+        parts.append(_arc(route.places[k], route.places[k + 1], turn, share, rounded, placement))
         at.append(at[-1] + count)
     return np.vstack(parts), at
 
 
-def _arc(begin: Floats, end: Floats, turn: float, share: Floats, placement: Placement) -> Floats:
-    """(n, 3) points on the arc of ``turn`` radians at ``share`` (n,) of it, in the plane of flight."""
+def _arc(begin: Floats, end: Floats, turn: float, share: Floats, rounded: float, placement: Placement) -> Floats:
+    """(n, 3) points at ``share`` (n,) of an arc of ``turn`` radians that is ``rounded`` times as wide as a circle's."""
     if abs(turn) < 1e-9:
         return np.asarray(begin + share[:, None] * (end - begin))
     across, up = placement.axes
     chord = complex(end[across] - begin[across], end[up] - begin[up])
-    moved = chord * (np.exp(1j * turn * share) - 1) / (np.exp(1j * turn) - 1)
+    arc = (np.exp(1j * turn * share) - 1) / (np.exp(1j * turn) - 1)
+    moved = chord * (arc.real + 1j * rounded * arc.imag)
     made = np.tile(begin, (share.size, 1))
     made[:, across] += moved.real
     made[:, up] += moved.imag

@@ -29,6 +29,8 @@ class Route:
     angles:
         (K,) radians wanted there, continuous along the route: tilts in a vertical plane, else headings; zeros where
         there is no angle.
+    roundness:
+        (K,) of the way to each place, as in ``Waypoints``.
     tilted:
         (K,) whether the angle is a tilt at which no vehicle can hover, not within the tolerance of level.
     """
@@ -37,6 +39,7 @@ class Route:
     waypoint: Ints
     dwell: Floats
     angles: Floats
+    roundness: Floats
     tilted: Bools
 
     def name(self, k: int) -> str:
@@ -68,7 +71,14 @@ def route_of(waypoints: Waypoints, placement: Placement, rounds: int, tolerance:
         spots[0] = waypoints.start
     places = placement.to_world(spots)
     angles, lean = _angles(waypoints, placement, spots, order)
-    route = Route(places, order, np.where(order == START, 0.0, waypoints.dwell[order]), angles, lean > tolerance)
+    route = Route(
+        places,
+        order,
+        np.where(order == START, 0.0, waypoints.dwell[order]),
+        angles,
+        waypoints.roundness[order],
+        lean > tolerance,
+    )
     _check(route, placement)
     return route
 

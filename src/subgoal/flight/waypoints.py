@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from subgoal.answers.subgoals import COUNTED_FROM, Subgoal, Subgoals, reaches, s
 from subgoal.demonstrations.fields import check_period, labels_of
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.flight.visits import Visit, follows, turns_to, visited_in_order
+from subgoal.flight.visits import Visit, follows, roundness_of, turns_to, visited_in_order
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats, Ints, frozen, positive, real_array, whole
 from subgoal.runtime.errors import InputError
@@ -47,6 +47,9 @@ class Waypoints:
     turns:
         (W,) radians that the demonstrator turned on the way to each waypoint from the one before it, where a
         coordinate is an angle; zeros elsewhere. Before the first comes the last if ``cyclic``, else ``start``.
+    roundness:
+        (W,) how far the demonstrator's way to each waypoint swung out, as a share of what the arc of its turn does:
+        1 for circles, less for narrower loops.
 
     Raises
     ------
@@ -64,6 +67,7 @@ class Waypoints:
     period: tuple[float, ...] = ()
     start: Floats | None = None
     turns: Any = None
+    roundness: Any = 1.0
 
     def __post_init__(self) -> None:
         places = real_array("positions", self.positions, ndim=2)
@@ -71,6 +75,7 @@ class Waypoints:
         labels = np.arange(1, count + 1) if self.labels is None else np.array(self.labels, np.int64)
         dwell = np.broadcast_to(real_array("dwell", self.dwell, ndim=(0, 1)), (count,)).copy()
         period = check_period(self.period, d) or (np.inf,) * d
+        rounded = np.broadcast_to(real_array("roundness", self.roundness, ndim=(0, 1)), (count,)).copy()
         start = None if self.start is None else real_array("start", self.start, ndim=1)
         if labels.shape != (count,) or (start is not None and start.shape != (d,)):
             raise InputError(
@@ -78,11 +83,13 @@ class Waypoints:
             )
         if (~(dwell >= 0)).any():
             raise InputError("dwell", found=dwell.min(), wanted="seconds, at least 0")
+        if (~((rounded > 0) & (rounded <= 1))).any():
+            raise InputError("roundness", found=list(rounded), wanted="above 0, at most 1")
         names = self.names or tuple(f"subgoal {label}" for label in labels)
         fields = {
             "positions": places, "names": labels_of("names", names, count, "w"), "labels": frozen(labels),
-            "dwell": frozen(dwell), "cyclic": bool(self.cyclic), "start": start, "period": period,
-            "dimensions": labels_of("dimensions", self.dimensions, d, "x"),
+            "dwell": frozen(dwell), "roundness": frozen(rounded), "cyclic": bool(self.cyclic), "start": start,
+            "period": period, "dimensions": labels_of("dimensions", self.dimensions, d, "x"),
         }  # fmt: skip
         for name, value in fields.items():
             object.__setattr__(self, name, value)
@@ -203,7 +210,5 @@ def _made(
     if made.angle is None:
         return made
     turned = turns_to(demos.states[:, made.angle], demos.offset, seen, order, made.turns)
-    return Waypoints(
-        made.positions, made.names, made.labels, made.dwell, cyclic, made.dimensions, made.units, period, made.start,
-        turned,
-    )  # fmt: skip
+    flat = np.delete(demos.states, made.angle, axis=1)
+    return replace(made, turns=turned, roundness=roundness_of(flat, seen, order, turned))
