@@ -37,7 +37,7 @@ from subgoal.teach.limits import Limits
 from subgoal.teach.live import Live
 from subgoal.teach.server import bound, settings, warm_up
 
-POINTS, RATE, SCREEN_MS = 600, 250.0, 200.0
+POINTS, RATE, SCREEN_MS = 600, 100.0, 200.0
 TEACHERS, STREAM_RATE, STROKE = 20, 60, 10
 POINT_MS, ACKNOWLEDGED_MS = 2.0, 250.0
 FLAGS = ["--no-sandbox", "--disable-quic"]

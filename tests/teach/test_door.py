@@ -11,7 +11,7 @@ from websockets.exceptions import InvalidStatus
 from subgoal.teach.app import page_files
 from tests.teach.made import TOKEN, Server, served
 
-PARTS = ["", *sorted(page_files()), "colours.js"]
+PARTS = ["", *sorted(page_files())]
 OTHERS = [
     "http://evil.example",
     "null",

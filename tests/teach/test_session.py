@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 from subgoal.teach.limits import Limits
 from tests.teach.made import CORNERS, served, square
@@ -46,6 +47,17 @@ def test_hello_comes_first_and_once(tmp_path: Path) -> None:
         page.hello()
         page.say({"type": "hello", "page": "page-0000", "session": None})
         assert page.hear("error")["code"] == "out-of-order"
+
+
+def test_a_connection_that_never_says_hello_is_left(tmp_path: Path) -> None:
+    with served(tmp_path) as server, server.connected() as page:
+        with pytest.raises(ConnectionClosed):
+            for _ in range(30):
+                page.say("no json")
+                page.hear("error")
+        with server.opened() as other:
+            other.do("begin")
+            assert other.done()["number"] == 1
 
 
 def test_a_missing_number_is_asked_for(tmp_path: Path) -> None:

@@ -28,13 +28,17 @@ from subgoal.teach.session import Session
 KINDS = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 FIRST_PATIENCE = 10.0
 """Seconds within which a connection must say hello."""
-TRY_LATER = 1013
+FIRST_TRIES = 20
+LAST_PATIENCE = 2.0
+"""Seconds for what is still to be sent."""
 
 
 def page_files() -> dict[str, tuple[bytes, str]]:
     """Content and media type of each file of the page, by name."""
     folder = resources.files("subgoal.teach") / "page"
-    return {
+    colours = {"palette": list(PALETTE), "inks": [ink_on(each) for each in PALETTE], "other": OTHER_COLOUR}
+    made = {"colours.js": (f"export const COLOURS = {json.dumps(colours)};\n".encode(), KINDS["js"])}
+    return made | {
         each.name: (each.read_bytes(), KINDS[each.name.rpartition(".")[2]])
         for each in folder.iterdir()
         if each.name.rpartition(".")[2] in KINDS
@@ -44,10 +48,7 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 def make_app(*, token: str, host: str, port: int, out: Path, limits: Limits | None = None) -> Starlette:
     """The application behind its door, for ``host:port``; projects are saved in ``out``."""
     limits = limits or Limits()
-    files = page_files()
-    colours = {"palette": list(PALETTE), "inks": [ink_on(each) for each in PALETTE], "other": OTHER_COLOUR}
-    files["colours.js"] = (f"export const COLOURS = {json.dumps(colours)};\n".encode(), KINDS["js"])
-    register = Register(limits, out)
+    files, register = page_files(), Register(limits, out)
 
     async def part(request: Request) -> Response:
         name = request.path_params.get("name", "index.html")
@@ -57,19 +58,7 @@ def make_app(*, token: str, host: str, port: int, out: Path, limits: Limits | No
         return Response(content, media_type=kind)
 
     async def live(socket: WebSocket) -> None:
-        await socket.accept()
-        outbox = Outbox()
-        sending = asyncio.create_task(_send_all(socket, outbox))
-        try:
-            session = await _hello(socket, register, outbox, limits)
-            await _listen(socket, session, outbox)
-        except (WebSocketDisconnect, TimeoutError):
-            pass
-        finally:
-            outbox.close()
-            with suppress(asyncio.CancelledError):
-                sending.cancel()
-                await sending
+        await _converse(socket, register, limits)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -85,9 +74,26 @@ def make_app(*, token: str, host: str, port: int, out: Path, limits: Limits | No
     )  # fmt: skip
 
 
+async def _converse(socket: WebSocket, register: Register, limits: Limits) -> None:
+    """With one page, until it goes."""
+    await socket.accept()
+    outbox = Outbox()
+    sending = asyncio.create_task(_send_all(socket, outbox))
+    try:
+        session = await _hello(socket, register, outbox, limits)
+        await _listen(socket, session, outbox)
+    except (WebSocketDisconnect, TimeoutError):
+        pass
+    finally:
+        outbox.close()
+        with suppress(TimeoutError, RuntimeError, WebSocketDisconnect):
+            await asyncio.wait_for(sending, LAST_PATIENCE)
+            await socket.close(1008)
+
+
 async def _hello(socket: WebSocket, register: Register, outbox: Outbox, limits: Limits) -> Session:
-    """The session of a page that has said hello."""
-    while True:
+    """The session of a page that has said hello; one that says other things too often is left."""
+    for _ in range(FIRST_TRIES):
         message = await asyncio.wait_for(_receive(socket), FIRST_PATIENCE)
         try:
             hello = parse(message, limits)
@@ -96,6 +102,7 @@ async def _hello(socket: WebSocket, register: Register, outbox: Outbox, limits: 
             return await register.welcome(hello, outbox)
         except RefusedError as problem:
             outbox.put({"type": "error", "code": problem.code, "text": problem.text})
+    raise WebSocketDisconnect(1008)
 
 
 async def _listen(socket: WebSocket, session: Session, outbox: Outbox) -> None:

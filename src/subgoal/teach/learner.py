@@ -119,12 +119,12 @@ class Learner:
                 if not self._changed.is_set() and not self._drawing.drawn:
                     await self._answer(FULL)
 
-    async def _answer(self, stage: str) -> Answer | None:
+    async def _answer(self, stage: str) -> tuple[Sheet, Answer | None]:
         """Learn from the drawing as it is, and tell the page unless the drawing has become another one since."""
         async with self._one:
             key, sheet, number = self._key(), self._drawing.sheet(), self._number
             if self._learned[0] == key and self._learned[1] is not None and self._learned[1].stage == FULL:
-                return self._learned[1]
+                return sheet, self._learned[1]
             answer, said = await self._workshop.do(
                 LANES[stage], _work, sheet, self.tuning, stage, number, self._limits, self._live
             )
@@ -132,22 +132,19 @@ class Learner:
             if same:
                 self._learned, self._said = (key, answer), said
                 self._send(said)
-            return answer
+            return sheet, answer
 
     async def _of_full(self, what: str, act: Act) -> None:
         """``act`` on the default run of the drawing as it is; the page is told where that cannot be."""
-        sheet, number = self._drawing.sheet(), self._number + 1
         try:
-            if sheet.drawn:
+            if self._drawing.drawn:
                 raise RefusedError("cannot", "Lift the pen first.")
-            answer = await self._answer(FULL)
+            sheet, answer = await self._answer(FULL)
             if answer is None or answer.posterior is None:
                 raise RefusedError("cannot", f"There is nothing to {what} yet: draw a path first.")
             await act(sheet, answer.found, answer.posterior)
-        except (SubgoalError, OSError) as problem:
-            self._send({"type": "error", "code": "cannot", "text": str(problem), "number": number})
-        except RefusedError as problem:
-            self._send({"type": "error", "code": problem.code, "text": problem.text, "number": number})
+        except (SubgoalError, OSError, RefusedError) as problem:
+            self._send({"type": "error", "code": "cannot", "text": str(problem)})
 
     async def _read(self, name: str, content: bytes) -> None:
         before = self._drawing.revision

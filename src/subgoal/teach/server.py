@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import secrets
 import socket
 import warnings
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     import uvicorn
     from starlette.applications import Starlette
 
+NEEDED = ("starlette", "uvicorn", "websockets")
 LOOPBACK = "127.0.0.1"
 TOKEN_BYTES = 24
 SPARE = 4096
@@ -49,24 +51,28 @@ def serve(
         The address cannot be listened on.
     """
     limits = limits or Limits()
-    try:
-        import uvicorn
+    for package in NEEDED:
+        if importlib.util.find_spec(package) is None:
+            raise MissingExtraError(package, "teach")
+    import uvicorn
 
-        from subgoal.teach.app import make_app
-    except ImportError:
-        raise MissingExtraError("starlette, uvicorn or websockets", "teach") from None
+    from subgoal.teach.app import make_app
+
     listening = bound(host, port)
     port, token = listening.getsockname()[1], secrets.token_urlsafe(TOKEN_BYTES)
     app = make_app(token=token, host=host, port=port, out=Path(out), limits=limits)
     warnings.simplefilter("ignore", ConvergenceWarning)
     warm_up()
-    url = f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}/"
-    print(f"Teach at {url}\nProjects are saved in {Path(out)}. Ctrl-C ends.", flush=True)
+    _tell(f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}/", Path(out), open)
+    uvicorn.Server(settings(app, limits)).run(sockets=[listening])
+
+
+def _tell(address: str, out: Path, open: bool) -> None:
+    print(f"Teach at {address}\nProjects are saved in {out}. Ctrl-C ends.", flush=True)
     if open:
         import webbrowser
 
-        webbrowser.open(url)
-    uvicorn.Server(settings(app, limits)).run(sockets=[listening])
+        webbrowser.open(address)
 
 
 def settings(app: Starlette, limits: Limits) -> uvicorn.Config:
