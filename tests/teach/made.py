@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import http.client
 import json
 import socket
 import threading
@@ -11,8 +12,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
-import httpx
 import numpy as np
 import uvicorn
 from websockets.sync.client import ClientConnection, connect
@@ -91,6 +92,15 @@ class Page:
 
 
 @dataclass(frozen=True)
+class Reply:
+    """Of a request; names of headers in small letters."""
+
+    status_code: int
+    headers: dict[str, str]
+    content: bytes
+
+
+@dataclass(frozen=True)
 class Server:
     """One that listens on a port of this machine; ``name`` is what it takes for its own address."""
 
@@ -102,11 +112,17 @@ class Server:
         """Origin of its page."""
         return f"http://{LOOPBACK}:{self.port}"
 
-    def get(self, path: str, **headers: str) -> httpx.Response:
+    def get(self, path: str, **headers: str) -> Reply:
         """What stands at a path."""
         named = {name.replace("_", "-"): value for name, value in headers.items()}
-        with httpx.Client(base_url=self.address, trust_env=False) as client:
-            return client.get(path, headers=named)
+        connection = http.client.HTTPConnection(LOOPBACK, self.port, timeout=PATIENCE)
+        try:
+            connection.request("GET", quote(path, safe="/%"), headers=named)
+            answer = connection.getresponse()
+            told = {name.lower(): value for name, value in answer.getheaders()}
+            return Reply(answer.status, told, answer.read())
+        finally:
+            connection.close()
 
     @contextmanager
     def connected(
