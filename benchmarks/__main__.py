@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import command, gp_planning, large_worlds, planning, sampling, table, temporal
+from benchmarks import command, gp_planning, large_worlds, planning, sampling, streaming, table, temporal
 
 
 def main() -> int:
@@ -15,6 +15,7 @@ def main() -> int:
         table.whole_table,
         sampling.sweeps,
         temporal.sweeps,
+        streaming.points,
         table.tiled_pass,
         planning.subgoals,
         planning.table_4_1,

@@ -89,14 +89,14 @@ def arc(before: Floats, corner: Floats, after: Floats, points: int = 60) -> Floa
     side = np.sign(turn)
     centre = before + side * radius * np.array([-np.sin(heading), np.cos(heading)])
     angle = heading - side * np.pi / 2 + np.linspace(0.0, turn, points)
-    return centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 
 def recorded(path: Floats, angles: Floats, seed: int, hand: Hand = HAND, *, name: str) -> Recording:
     """Poses (y, z, angle) of a hand on ``path`` (M, 2) with ``angles`` (M,), trembling and measured."""
     generator = stream(seed, 72)
     poses = np.column_stack([path + trembling(len(path), generator, hand), angles])
-    poses += generator.normal(size=poses.shape) * [hand.noise, hand.noise, hand.angle_noise]
+    poses += generator.normal(size=poses.shape) * np.array([hand.noise, hand.noise, hand.angle_noise])
     times = np.arange(len(poses)) / hand.rate
     return Recording(
         positions=poses, times=times, offset=np.array([0, len(poses)]), names=("y", "z", "angle"), units="m",

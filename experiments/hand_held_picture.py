@@ -34,7 +34,9 @@ def draw_subgoals(axes: Axes, learned: Learned, corners: Floats | None = None) -
         colour = PALETTE[k % len(PALETTE)]
         axes.plot(*states[label == k, :2].T, ".", color=colour, ms=4)
         axes.plot(*goal.position[:2], "o", color=colour, mec="white", ms=17, zorder=4)
-        axes.annotate(str(k + 1), goal.position[:2], color="white", ha="center", va="center", weight="bold", zorder=7)
+        axes.annotate(
+            str(k + 1), tuple(goal.position[:2]), color="white", ha="center", va="center", weight="bold", zorder=7
+        )
     if corners is not None:
         axes.plot(*corners.T, "+", color=INK, ms=15, mew=1.4, zorder=6)
     frame(axes)

@@ -116,7 +116,7 @@ def places(axes: Axes, learned: Learned, view: tuple[int, int]) -> None:
     for k, goal in enumerate(learned.main):
         axes.plot(*states[label == k][:, columns].T, ".", color=PALETTE[k % 8], ms=3)
         axes.plot(*goal.position[columns], "o", color=PALETTE[k % 8], mec="white", ms=16, zorder=4)
-        axes.annotate(str(k + 1), goal.position[columns], color="white", ha="center", va="center", zorder=5)
+        axes.annotate(str(k + 1), tuple(goal.position[columns]), color="white", ha="center", va="center", zorder=5)
     axes.plot(*TURNS[:, columns].T, "+", color=INK, ms=14, mew=1.4, zorder=6)
     axes.set_aspect("equal")
     seen = "from above" if view == (0, 1) else "from the side"
@@ -126,7 +126,8 @@ def places(axes: Axes, learned: Learned, view: tuple[int, int]) -> None:
 def over_time(axes: Axes, learned: Learned) -> None:
     """Each coordinate over time, and the subgoal that each moment serves."""
     demos = learned.demonstrations
-    seconds, states = np.asarray(demos.times) - demos.times[0], np.asarray(demos.states)
+    times, states = np.asarray(demos.times, float), np.asarray(demos.states)
+    seconds = times - times[0]
     label = segments(learned.posterior, found=learned.found).labels
     for k in range(3):
         axes.plot(seconds, states[:, k], color=GREY, lw=0.8)

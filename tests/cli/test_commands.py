@@ -10,8 +10,10 @@ import pytest
 
 import subgoal as library
 
+COMMANDS = ("learn", "inspect", "compare", "report", "demo", "follow", "waypoints", "fly", "teach")
 
-@pytest.mark.parametrize("command", [[], ["learn"], ["inspect"], ["compare"], ["report"], ["demo"]])
+
+@pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)])
 def test_help_has_an_example(subgoal, command: list[str]) -> None:
     answer = subgoal(*command, "--help")
     assert answer.code == 0

@@ -37,6 +37,14 @@ def test_resampling_at_the_rate_of_the_recording_changes_nothing():
     assert made.source.notes == {}
 
 
+def test_seconds_since_1970_are_so_coarse_that_the_end_may_be_a_resampling_time():
+    for count in range(20, 120):
+        times = 1.7e9 + np.cumsum(np.full(count, 0.01))
+        made = resample(Recording(np.arange(count)[:, None], times, [0, count], ("x",)), 20)
+        assert (np.diff(made.times) > 0).all()
+        assert made.times[-1] == times[-1] and made.positions[-1, 0] == count - 1
+
+
 def test_angles_are_interpolated_the_shorter_way_round():
     recording = Recording([[6.1, 6.1], [0.1, 0.1]], [0.0, 1.0], np.array([0, 2]), ("a", "x"))
     made = resample(unwrapped(recording, [2 * np.pi, np.inf]), 2)

@@ -154,7 +154,7 @@ def _resample_one(places: Floats, times: Floats, rate: float, four: int | None) 
     grid = times[0] + np.arange(last + 1) / rate
     if len(grid) == len(times) and np.abs(grid - times).max() * rate <= ON_GRID:
         return places, times, 0
-    if steps - last <= ON_GRID:
+    if steps - last <= ON_GRID or not grid[-1] < times[-1]:
         grid[-1] = times[-1]
     else:
         grid = np.append(grid, times[-1])

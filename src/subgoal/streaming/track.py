@@ -8,7 +8,7 @@ import numpy as np
 
 from subgoal.demonstrations.prepare import demonstrate
 from subgoal.demonstrations.recordings import ON_GRID
-from subgoal.demonstrations.records import Demonstrations, Recording, Source
+from subgoal.demonstrations.records import Demonstrations, Recording
 from subgoal.demonstrations.velocities import central
 from subgoal.runtime.checks import Floats
 from subgoal.streaming.growing import Growing
@@ -109,23 +109,9 @@ class Track:
         return "trajectories_too_short_to_resample_dropped" if short else ""
 
     def whole(self) -> Demonstrations | None:
-        """What ``demonstrate`` says of all unwound samples, the last ones included; None where there is a flaw.
-
-        Where the clock is so coarse that the last sample and a resampling time are one number, and yet more than
-        rounding apart in steps, the sample is moved to the next number, and counted.
-        """
+        """What ``demonstrate`` says of all unwound samples, the last ones included; None where there is a flaw."""
         if self.flaw:
             return None
-        times, source = self._times.rows.copy(), Source()
-        if self._rate is not None and _ends_twice(times, self._rate):
-            times[-1], source = np.nextafter(times[-1], np.inf), source.noting(last_times_moved_by_rounding=1)
         names = tuple(f"x{k}" for k in range(self._places.rows.shape[1]))
-        recording = Recording(self._places.rows, times, np.array([0, len(self)]), names, source=source)
+        recording = Recording(self._places.rows, self._times.rows, np.array([0, len(self)]), names)
         return demonstrate(recording, rate=self._rate, window=self._window)
-
-
-def _ends_twice(times: Floats, rate: float) -> bool:
-    """Whether the last of the resampling times and the end, which is to follow it, are one number."""
-    steps = (times[-1] - times[0]) * rate
-    last = np.floor(steps + ON_GRID)
-    return bool(steps - last > ON_GRID and times[0] + last / rate >= times[-1])
