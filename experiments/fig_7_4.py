@@ -105,7 +105,8 @@ def picture(learned: Learned, flight: Flown, off: list[tuple[float, float]], hea
     draw_flight(axes, learned, flight)
     draw_vehicle(axes, flight)
     flown_loop = loop(flight)
-    axes.set_title(f"Flown in {flown_loop['seconds']:.1f} s: a loop of {flown_loop['half_height']:.2f} m radius,\n"
+    wide, high = (2 * flown_loop[half] for half in ("half_width", "half_height"))
+    axes.set_title(f"Flown in {flown_loop['seconds']:.1f} s: {wide:.2f} m wide, {high:.2f} m high,\n"
                    f"{np.degrees(flown_loop['inverted_error']):.0f}° from inverted at its top")  # fmt: skip
     by_width(figure.add_subplot(grid[1, 1]), headline["by_half_width"])
     figure.suptitle(
