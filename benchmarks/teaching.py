@@ -11,31 +11,25 @@ from __future__ import annotations
 
 import asyncio
 import json
-import logging
 import math
-import secrets
+import shutil
+import signal
+import subprocess
 import sys
 import tempfile
-import threading
 import time
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import uvicorn
 from websockets.asyncio.client import ClientConnection, connect
 
 from benchmarks.common import Row
-from subgoal.posterior.sample import ConvergenceWarning
-from subgoal.teach.app import make_app
 from subgoal.teach.drawing import Drawing
 from subgoal.teach.learning import Tuning
 from subgoal.teach.limits import Limits
 from subgoal.teach.live import Live
-from subgoal.teach.server import bound, settings, warm_up
 
 POINTS, RATE, SCREEN_MS = 600, 100.0, 200.0
 TEACHERS, STREAM_RATE, STROKE = 20, 60, 10
@@ -57,22 +51,15 @@ Point = tuple[float, float, float]
 
 @contextmanager
 def serving() -> Iterator[str]:
-    """The address of a server in a thread."""
-    warnings.simplefilter("ignore", ConvergenceWarning)
-    warm_up()
-    limits, token, host = Limits(), secrets.token_urlsafe(16), "127.0.0.1"
+    """The address of a server in a process of its own, without its scheme."""
     with tempfile.TemporaryDirectory() as folder:
-        listening = bound(host, 0)
-        port = listening.getsockname()[1]
-        app = make_app(token=token, host=host, port=port, out=Path(folder), limits=limits)
-        server = uvicorn.Server(settings(app, limits))
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
-        thread.start()
-        while not server.started:
-            time.sleep(0.01)
-        yield f"{host}:{port}/{token}/"
-        server.should_exit = True
-        thread.join(10)
+        command = [sys.executable, "-m", "subgoal.cli.main", "teach", "--no-open", "--out", folder]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+            try:
+                line = process.stdout.readline() if process.stdout else ""
+                yield line.split("http://")[1].strip()
+            finally:
+                process.send_signal(signal.SIGINT)
 
 
 def corners(k: int) -> list[tuple[float, float]]:
@@ -96,8 +83,6 @@ def path(k: int, points: int) -> list[tuple[float, float]]:
 
 def on_screen(drawings: int) -> Row:
     """From the last of 600 points to subgoals on the screen."""
-    import shutil
-
     from playwright.sync_api import sync_playwright
 
     program = shutil.which("chromium") or shutil.which("google-chrome")
@@ -239,7 +224,6 @@ def many_teachers(seconds: float) -> list[Row]:
 
 def main() -> int:
     """1 if a target is missed."""
-    logging.basicConfig(level=logging.ERROR)
     quick = "--quick" in sys.argv[1:]
     rows = [per_point()]
     print(rows[-1], flush=True)

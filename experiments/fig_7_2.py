@@ -9,13 +9,21 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.common import Headline, Options, run, sheet
+from experiments.common import Headline, Options, run
 from experiments.hand_held import CORNERS, round_the_square
-from experiments.hand_held_picture import draw_flight, draw_misses, draw_recording, draw_subgoals
-from experiments.hand_held_study import QUICK_SEEDS, SEEDS, Flown, Learned, flown, learn, misses, over_seeds, stages
-
-NEAR = 0.1
-"""Metres."""
+from experiments.hand_held_picture import corners_sheet
+from experiments.hand_held_study import (
+    NEAR,
+    QUICK_SEEDS,
+    SEEDS,
+    Flown,
+    Learned,
+    flown,
+    learn,
+    misses,
+    over_seeds,
+    stages,
+)
 
 
 def experiment(options: Options) -> tuple[Headline, Figure]:
@@ -46,19 +54,13 @@ def one(seed: int) -> tuple[Learned, Flown]:
 
 def picture(seed: int, learned: Learned, flight: Flown, worst: list[float], headline: Headline) -> Figure:
     """The first seed from the hand to the flight, and how far off each seed is."""
-    figure = sheet(12.0, 9.6)
-    axes = figure.subplots(2, 2)
-    draw_recording(axes[0, 0], round_the_square(seed), learned)
-    draw_subgoals(axes[0, 1], learned, CORNERS)
-    axes[0, 1].set_title("Subgoals and what serves them; crosses: corners")
-    draw_flight(axes[1, 0], learned, flight)
-    axes[1, 0].set_title(f"Flown through the subgoals: {100 * flight.tracking.rmse:.1f} cm from the hand (RMS)")
-    title = f"{headline['seeds_correct']} of {headline['seeds']} seeds right: the corner that is found worst"
-    draw_misses(axes[1, 1], worst, NEAR, title, "distance (m)")
     total = headline["seconds_from_file_to_flight"]["total"]
-    figure.suptitle(f"A square shown by hand, learned and flown: {total:.1f} s from the file to the flight", x=0.01,
-                    ha="left")  # fmt: skip
-    return figure
+    titles = (
+        f"Flown through the subgoals: {100 * flight.tracking.rmse:.1f} cm from the hand (RMS)",
+        f"{headline['seeds_correct']} of {headline['seeds']} seeds right: the corner that is found worst",
+        f"A square shown by hand, learned and flown: {total:.1f} s from the file to the flight",
+    )
+    return corners_sheet(round_the_square(seed), learned, learned, flight, worst, titles)
 
 
 if __name__ == "__main__":

@@ -9,16 +9,15 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from experiments.common import Headline, Options, run, sheet
+from experiments.common import Headline, Options, run
 from experiments.hand_held import CORNERS, hops
-from experiments.hand_held_picture import draw_flight, draw_misses, draw_recording, draw_subgoals
+from experiments.hand_held_picture import corners_sheet
 from experiments.hand_held_study import QUICK_SEEDS, SEEDS, Flown, Learned, flown, learn, misses, over_seeds, stages
 from subgoal.demonstrations.records import Recording
 from subgoal.runtime.seeds import stream
 
 FEWEST, MOST = 40, 100
 """Hops."""
-NEAR = 0.1
 SAMPLING = {"draws": 400, "warmup": 400, "thin": 5}
 """A tenth of the default draws; there are thousands of pairs."""
 FLOWN = 12
@@ -68,18 +67,12 @@ def picture(
     recording: Recording, learned: Learned, first: Learned, flight: Flown, worst: list[float], headline: Headline
 ) -> Figure:
     """The first seed, the flight of its first hops, and how far off each seed is."""
-    figure = sheet(12.0, 9.6)
-    axes = figure.subplots(2, 2)
-    draw_recording(axes[0, 0], recording, learned)
-    draw_subgoals(axes[0, 1], learned, CORNERS)
-    axes[0, 1].set_title("Subgoals and what serves them; crosses: corners")
-    draw_flight(axes[1, 0], first, flight)
-    axes[1, 0].set_title(f"{FLOWN} hops, flown in the order shown: {100 * flight.tracking.rmse:.1f} cm (RMS)")
-    title = f"Exactly four in {headline['seeds_correct']} of {headline['seeds']} seeds: the corner found worst"
-    draw_misses(axes[1, 1], worst, NEAR, title, "distance (m)")
-    figure.suptitle(f"{headline['hops'][0]} random hops between four corners: {headline['n_subgoals'][0]} subgoals",
-                    x=0.01, ha="left")  # fmt: skip
-    return figure
+    titles = (
+        f"{FLOWN} hops, flown in the order shown: {100 * flight.tracking.rmse:.1f} cm (RMS)",
+        f"Exactly four in {headline['seeds_correct']} of {headline['seeds']} seeds: the corner found worst",
+        f"{headline['hops'][0]} random hops between four corners: {headline['n_subgoals'][0]} subgoals",
+    )
+    return corners_sheet(recording, learned, first, flight, worst, titles)
 
 
 if __name__ == "__main__":

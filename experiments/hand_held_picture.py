@@ -6,12 +6,33 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from experiments.common import GREY, INK, PALETTE
-from experiments.hand_held_study import Flown, Learned
+from experiments.common import GREY, INK, PALETTE, sheet
+from experiments.hand_held import CORNERS
+from experiments.hand_held_study import NEAR, Flown, Learned
 from subgoal.answers.segments import OTHER, segments
 from subgoal.demonstrations.records import Recording
 from subgoal.runtime.checks import Floats
+
+
+def corners_sheet(
+    recording: Recording, learned: Learned, shown: Learned, flown: Flown, worst: Sequence[float], titles: Sequence[str]
+) -> Figure:
+    """What was ``learned`` of a recording, what was ``shown`` and flown, and the farthest corner of each seed.
+
+    ``titles`` are of the flight, of the seeds, and of the whole.
+    """
+    figure = sheet(12.0, 9.6)
+    axes = figure.subplots(2, 2)
+    draw_recording(axes[0, 0], recording, learned)
+    draw_subgoals(axes[0, 1], learned, CORNERS)
+    axes[0, 1].set_title("Subgoals and what serves them; crosses: corners")
+    draw_flight(axes[1, 0], shown, flown)
+    axes[1, 0].set_title(titles[0])
+    draw_misses(axes[1, 1], worst, titles[1])
+    figure.suptitle(titles[2], x=0.01, ha="left")
+    return figure
 
 
 def draw_recording(axes: Axes, recording: Recording, learned: Learned) -> None:
@@ -52,13 +73,13 @@ def draw_flight(axes: Axes, learned: Learned, flown: Flown) -> None:
     frame(axes)
 
 
-def draw_misses(axes: Axes, values: Sequence[float], limit: float, title: str, label: str) -> None:
-    """One number per seed below the limit that it has to keep."""
-    axes.bar(range(len(values)), values, color=[PALETTE[0] if v <= limit else PALETTE[1] for v in values])
-    axes.axhline(limit, color=PALETTE[1], lw=1.2)
-    axes.annotate("accepted below", (len(values) - 0.5, limit), xytext=(0, 3), textcoords="offset points", ha="right",
+def draw_misses(axes: Axes, values: Sequence[float], title: str) -> None:
+    """One distance per seed, below the one that it has to keep."""
+    axes.bar(range(len(values)), values, color=[PALETTE[0] if v <= NEAR else PALETTE[1] for v in values])
+    axes.axhline(NEAR, color=PALETTE[1], lw=1.2)
+    axes.annotate("accepted below", (len(values) - 0.5, NEAR), xytext=(0, 3), textcoords="offset points", ha="right",
                   color=PALETTE[1])  # fmt: skip
-    axes.set(title=title, xlabel="seed", ylabel=label, ylim=(0, limit * 1.25))
+    axes.set(title=title, xlabel="seed", ylabel="distance (m)", ylim=(0, NEAR * 1.25))
 
 
 def frame(axes: Axes) -> None:

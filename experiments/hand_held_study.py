@@ -32,6 +32,8 @@ from subgoal.runtime.checks import Floats
 LENGTH = 0.3
 RATE = 20.0
 """Hz, after down-sampling."""
+NEAR = 0.1
+"""Metres from a corner within which a subgoal is at it."""
 SEEDS, QUICK_SEEDS = 25, 3
 Outcome = TypeVar("Outcome")
 

@@ -27,23 +27,22 @@ PAUSE = 0.05
 """Seconds between two answers while the pen is down."""
 IDLE = 0.3
 """Seconds without a change before the default run begins."""
-LANES = {DRAWING: Lane.MEANWHILE, SETTLED: Lane.WAITED_FOR, FULL: Lane.IDLE}
 TOO_LITTLE = "Draw a little more."
 Send = Callable[[dict[str, Any]], None]
 Act = Callable[[Sheet, Subgoals, Posterior], Coroutine[Any, Any, None]]
 
 
 class Learner:
-    """The answers of one session, computed in threads, one at a time; called from the event loop alone."""
+    """The answers of one session, computed in threads; called from the event loop alone."""
 
     def __init__(self, drawing: Drawing, limits: Limits, workshop: Workshop, out: Path, send: Send) -> None:
         self._drawing, self._limits, self._workshop, self._out, self._send = drawing, limits, workshop, out, send
         self.tuning = Tuning()
         self._number = 0
         self._changed, self._lifted = asyncio.Event(), asyncio.Event()
-        self._one = asyncio.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
         self._watching: asyncio.Task[None] | None = None
+        self._resting: asyncio.Task[None] | None = None
         self._learned: tuple[Any, Answer | None] = (None, None)
         self._said: dict[str, Any] | None = None
         self._live = Live()
@@ -54,6 +53,8 @@ class Learner:
         if self._learned[0] == self._key() and self._said is not None:
             return
         self._changed.set()
+        if self._resting is not None:
+            self._resting.cancel()
         if not self._drawing.drawn:
             self._lifted.set()
         if self._watching is None or self._watching.done():
@@ -105,41 +106,46 @@ class Learner:
             self._send({"type": "error", "code": "failed", "text": "Something went wrong here; the log says more."})
 
     async def _watch(self) -> None:
-        """Answers until the drawing stands still and the default run has been made of it."""
+        """Answers until the drawing stands still; then, if it goes on to, the default run is made of it."""
         while self._changed.is_set():
             self._changed.clear()
             self._lifted.clear()
             drawn = self._drawing.drawn
-            await self._answer(DRAWING if drawn else SETTLED)
+            await self._answer(DRAWING if drawn else SETTLED, Lane.MEANWHILE if drawn else Lane.WAITED_FOR)
             if drawn:
                 with suppress(TimeoutError):
                     await asyncio.wait_for(self._lifted.wait(), PAUSE)
-            elif not self._changed.is_set():
-                await asyncio.sleep(IDLE)
-                if not self._changed.is_set() and not self._drawing.drawn:
-                    await self._answer(FULL)
+        if not self._drawing.drawn:
+            self._resting = self._start(self._rest())
 
-    async def _answer(self, stage: str) -> tuple[Sheet, Answer | None]:
-        """Learn from the drawing as it is, and tell the page unless the drawing has become another one since."""
-        async with self._one:
-            key, sheet, number = self._key(), self._drawing.sheet(), self._number
-            if self._learned[0] == key and self._learned[1] is not None and self._learned[1].stage == FULL:
-                return sheet, self._learned[1]
-            answer, said = await self._workshop.do(
-                LANES[stage], _work, sheet, self.tuning, stage, number, self._limits, self._live
-            )
-            same = key == self._key() if stage != DRAWING else sheet.lineage == self._drawing.sheet().lineage
-            if same:
-                self._learned, self._said = (key, answer), said
-                self._send(said)
-            return sheet, answer
+    async def _rest(self) -> None:
+        await asyncio.sleep(IDLE)
+        await self._answer(FULL, Lane.IDLE)
+
+    async def _answer(self, stage: str, lane: Lane) -> tuple[Sheet, Answer | None]:
+        """Learn from the drawing as it is, and tell the page unless the drawing has become another one since.
+
+        Of a drawing whose pen is down that is done by ``_watch`` alone, so that the stream is never told two things
+        at once.
+        """
+        key, sheet, number = self._key(), self._drawing.sheet(), self._number
+        if self._learned[0] == key and self._learned[1] is not None and self._learned[1].stage == FULL:
+            return sheet, self._learned[1]
+        answer, said = await self._workshop.do(
+            lane, _work, sheet, self.tuning, stage, number, self._limits, self._live
+        )  # fmt: skip
+        same = key == self._key() if stage != DRAWING else sheet.lineage == self._drawing.sheet().lineage
+        if same:
+            self._learned, self._said = (key, answer), said
+            self._send(said)
+        return sheet, answer
 
     async def _of_full(self, what: str, act: Act) -> None:
         """``act`` on the default run of the drawing as it is; the page is told where that cannot be."""
         try:
             if self._drawing.drawn:
                 raise RefusedError("cannot", "Lift the pen first.")
-            sheet, answer = await self._answer(FULL)
+            sheet, answer = await self._answer(FULL, Lane.WAITED_FOR)
             if answer is None or answer.posterior is None:
                 raise RefusedError("cannot", f"There is nothing to {what} yet: draw a path first.")
             await act(sheet, answer.found, answer.posterior)
