@@ -40,7 +40,7 @@ class Learner:
         self.tuning = Tuning()
         self._number = 0
         self._changed, self._lifted = asyncio.Event(), asyncio.Event()
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Task[Any]] = set()
         self._watching: asyncio.Task[None] | None = None
         self._resting: asyncio.Task[None] | None = None
         self._learned: tuple[Any, Answer | None] = (None, None)
@@ -93,13 +93,13 @@ class Learner:
     def _key(self) -> tuple[int, Tuning]:
         return self._drawing.revision, self.tuning
 
-    def _start(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+    def _start(self, work: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
         task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._ended)
         return task
 
-    def _ended(self, task: asyncio.Task[None]) -> None:
+    def _ended(self, task: asyncio.Task[Any]) -> None:
         self._tasks.discard(task)
         if not task.cancelled() and task.exception() is not None:
             LOG.error("a computation failed", exc_info=task.exception())
@@ -110,13 +110,20 @@ class Learner:
         while self._changed.is_set():
             self._changed.clear()
             self._lifted.clear()
-            drawn = self._drawing.drawn
-            await self._answer(DRAWING if drawn else SETTLED, Lane.MEANWHILE if drawn else Lane.WAITED_FOR)
-            if drawn:
-                with suppress(TimeoutError):
-                    await asyncio.wait_for(self._lifted.wait(), PAUSE)
+            if self._drawing.drawn:
+                await self._unless_lifted(self._answer(DRAWING, Lane.MEANWHILE))
+                await self._unless_lifted(asyncio.sleep(PAUSE))
+            else:
+                await self._answer(SETTLED, Lane.WAITED_FOR)
         if not self._drawing.drawn:
             self._resting = self._start(self._rest())
+
+    async def _unless_lifted(self, work: Coroutine[Any, Any, Any]) -> None:
+        """Until ``work`` is done or the pen is lifted: what has not begun by then is left."""
+        tasks = self._start(work), self._start(self._lifted.wait())
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in tasks:
+            task.cancel()
 
     async def _rest(self) -> None:
         await asyncio.sleep(IDLE)
@@ -125,8 +132,8 @@ class Learner:
     async def _answer(self, stage: str, lane: Lane) -> tuple[Sheet, Answer | None]:
         """Learn from the drawing as it is, and tell the page unless the drawing has become another one since.
 
-        Of a drawing whose pen is down that is done by ``_watch`` alone, so that the stream is never told two things
-        at once.
+        Of a drawing whose pen is down that is done in the lane that has one thread, so that the stream is never told
+        two things at once.
         """
         key, sheet, number = self._key(), self._drawing.sheet(), self._number
         if self._learned[0] == key and self._learned[1] is not None and self._learned[1].stage == FULL:

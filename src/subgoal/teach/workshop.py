@@ -20,7 +20,7 @@ class Lane(Enum):
     WAITED_FOR = "waited-for"
     """Somebody looks at the page and waits."""
     MEANWHILE = "meanwhile"
-    """While the pen is down: what is not done now is done with the next points."""
+    """While the pen is down: what is not done now is done with the next points. One thing at a time."""
     IDLE = "idle"
     """When there is time."""
 
