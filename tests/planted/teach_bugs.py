@@ -47,6 +47,11 @@ TEACH_BUGS = [
         IN_FILES + "projects_of_one_second_stand_beside_each_other"),
     Bug("frames are taken for seconds", "teach/learning.py", 'RATE if recording.time_unit == "s" else None', "RATE",
         "teach/test_learning.py::test_what_has_no_seconds_is_not_resampled"),
+    Bug("pen-up waits for the answer to the open stroke", "teach/learner.py", "asyncio.FIRST_COMPLETED",
+        "asyncio.ALL_COMPLETED",
+        "teach/test_learner.py::test_pen_up_does_not_wait_for_an_answer_to_the_open_stroke"),
+    Bug("an answer to what was cleared is sent", "teach/learner.py", "if same:", "if sheet:",
+        "teach/test_learner.py::test_an_answer_to_what_has_changed_since_is_not_said"),
     Bug("an old answer is sent after a newer one waits", "teach/outbox.py", "if kind in NEWEST:", "if False:",
         "teach/test_outbox.py::test_of_answers_and_of_what_is_done_only_the_newest_is_sent"),
 ]  # fmt: skip
