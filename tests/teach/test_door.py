@@ -21,7 +21,8 @@ OTHERS = [
     "http://localhost:PORT",
 ]
 HOSTS = ["evil.example", "evil.example:PORT", "127.0.0.1", "127.0.0.1:9", "127.0.0.1.evil.example:PORT",
-         "192.168.0.7:PORT", "user@127.0.0.1:PORT", "127.0.0.1:PORT/x", "[", "127.0.0.1:x"]  # fmt: skip
+         "192.168.0.7:PORT", "user@127.0.0.1:PORT", "127.0.0.1:PORT/x", "127.0.0.1:PORT?x",
+         "127.0.0.1:PORT#x", "[", "127.0.0.1:x"]  # fmt: skip
 
 
 @pytest.fixture(scope="module")

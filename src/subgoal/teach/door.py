@@ -70,7 +70,7 @@ class Door:
             name, port = parts.hostname or "", parts.port or 80
         except ValueError:
             return False
-        if port != self._port or parts.username is not None or parts.path:
+        if port != self._port or parts.username is not None or parts.netloc != host:
             return False
         if name == self._host.lower():
             return True
