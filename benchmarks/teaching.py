@@ -195,7 +195,7 @@ class Teacher:
             if message["type"] == "done":
                 for number in [each for each in self._sent if each <= message["number"]]:
                     self.waits.append(1000 * (now - self._sent.pop(number)))
-            elif message["type"] == "answer" and message["stage"] == "settled" and self._lifted:
+            elif message["type"] == "answer" and message["stage"] != "drawing" and self._lifted:
                 self.settled.append(1000 * (now - self._lifted))
                 self._lifted = 0.0
                 if message["number"] >= whole:

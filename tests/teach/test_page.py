@@ -343,7 +343,7 @@ def test_with_reduced_motion_the_flight_is_shown_at_once(chromium: Any, server: 
         page.wait_for_selector("#fly:enabled")
         page.click("#fly")
         page.wait_for_selector("#flown:not([hidden])", timeout=30_000)
-        page.wait_for_selector("#flown:has-text('Flown')")
+        page.wait_for_selector("#flown:has-text('Flown')", timeout=5_000)
         assert inside(page, "plane.flight.progress") == 1
 
 
