@@ -26,8 +26,9 @@ STREAMING_BUGS = [
         "first = start", PAIRS + "pairs_are_given_as_soon_as_they_are_sure[None-2]"),
     Bug("what is known at the end changes nothing", TABLE, "if not changed.size:", "if True:",
         PAIRS + "samples_that_lie_on_the_grid_stay_what_they_were"),
-    Bug("coarse clocks are not minded", TRACK, "if self._rate is not None and _ends_twice(",
-        "if self._rate is None and _ends_twice(", PAIRS + "seconds_since_1970_may_end_on_a_resampling_time"),
+    Bug("coarse clocks are not minded", "demonstrations/recordings.py", "or not grid[-1] < times[-1]:", "or False:",
+        "demonstrations/test_recordings.py::"
+        "test_seconds_since_1970_are_so_coarse_that_the_end_may_be_a_resampling_time"),
     Bug("what went round once comes back", TRACK, "self._turned[wraps] += ", "self._turned[wraps] = ",
         "streaming/test_angles.py::test_pairs_are_those_of_the_whole_recording[from 0-20.0-2]"),
     Bug("rows that become slow stay", TABLE, "np.union1d(changed, new)", "np.asarray(new)",
