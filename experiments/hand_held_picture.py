@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from experiments.common import GREY, INK, PALETTE, sheet
 from experiments.hand_held import CORNERS
@@ -79,6 +80,7 @@ def draw_misses(axes: Axes, values: Sequence[float], title: str) -> None:
     axes.axhline(NEAR, color=PALETTE[1], lw=1.2)
     axes.annotate("accepted below", (len(values) - 0.5, NEAR), xytext=(0, 3), textcoords="offset points", ha="right",
                   color=PALETTE[1])  # fmt: skip
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(title=title, xlabel="seed", ylabel="distance (m)", ylim=(0, NEAR * 1.25))
 
 
