@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from subgoal.answers import predictions
 from subgoal.flight import Waypoints, waypoints
@@ -29,6 +30,32 @@ def test_the_order_is_that_of_the_first_visits_whatever_strays_or_comes_again(ru
 def test_waypoints_and_action_prediction_agree_on_the_order() -> None:
     posterior = served("3*12 1*30 1*5 2*9 0*20 3*12 1*30", PLACES)
     assert candidates(waypoints(posterior, least_share=0.01), posterior) == predictions.waypoints(posterior).tolist()
+
+
+def test_a_place_that_the_best_draw_leaves_out_comes_where_it_is_likeliest_served() -> None:
+    posterior = served("2*20 0*20 1*20", PLACES)
+    shares = posterior.shares.toarray()
+    shares[22:38, 0], shares[22:38, 3], shares[59, 1], shares[59, 3] = 0.6, 0.4, 0.9, 0.1
+    unsure = replace(posterior, shares=sparse.csr_array(shares), assignments=None)
+    assert candidates(waypoints(unsure), unsure) == [2, 0, 3, 1]
+
+
+@pytest.mark.parametrize("long", [20, 200])
+def test_a_place_of_some_trajectories_comes_between_its_neighbours_there(long: int) -> None:
+    runs = f"2*20 0*20 1*20 2*20 0*20 1*20 2*{long} 0*{long} 3*{long} 1*{long}"
+    posterior = served(runs, PLACES, offset=[0, 60, 120, 120 + 4 * long])
+    assert candidates(waypoints(posterior, least_share=0.01), posterior) == [2, 0, 3, 1]
+    assert predictions.waypoints(posterior).tolist() == [2, 0, 3, 1]
+
+
+def test_trajectories_that_end_early_leave_the_order() -> None:
+    posterior = served("2*20 0*20 2*20 0*20 2*20 0*20 2*20 0*20 3*20 1*20", PLACES, offset=[0, 40, 80, 120, 200])
+    assert candidates(waypoints(posterior), posterior) == [2, 0, 3, 1]
+
+
+def test_places_that_never_meet_come_by_share_of_their_trajectories() -> None:
+    posterior = served("0*10 1*30 2*100 3*100", PLACES, offset=[0, 40, 240])
+    assert candidates(waypoints(posterior, least_share=0.01), posterior) == [0, 2, 1, 3]
 
 
 def test_small_subgoals_are_left_out() -> None:

@@ -7,7 +7,7 @@ from tests.planted.bug import Bug
 VISITS, ROUTE, PLACES = "flight/visits.py", "flight/route.py", "flight/placement.py"
 SMOOTH, WAYS, LOOPS = "flight/smooth.py", "flight/ways.py", "flight/loops.py"
 VEHICLE, COMMANDS, FLY, TRACKING = "flight/vehicle.py", "flight/commands.py", "flight/fly.py", "flight/tracking.py"
-FILES, BAGS, WAYPOINTS = "flight/files.py", "flight/bags.py", "flight/waypoints.py"
+FILES, BAGS, WAYPOINTS, ORDER = "flight/files.py", "flight/bags.py", "flight/waypoints.py", "answers/order.py"
 OF_ORDER, OF_FILES = "flight/test_waypoints.py::test_", "flight/test_files.py::test_"
 OF_PATHS, OF_FLIGHTS = "flight/test_smooth.py::test_", "flight/test_fly.py::test_"
 OF_ERRORS, OF_PLACES = "flight/test_tracking.py::test_", "flight/test_placement.py::test_"
@@ -15,6 +15,12 @@ OF_ERRORS, OF_PLACES = "flight/test_tracking.py::test_", "flight/test_placement.
 FLIGHT_BUGS = [
     Bug("waypoints in the order of their shares", WAYPOINTS, "order = _order(posterior, found, kept)",
         "order = np.arange(len(kept))", OF_ORDER + "waypoints_and_action_prediction_agree_on_the_order"),
+    Bug("what the best draw leaves out comes last", ORDER, "own if own.size else _likeliest(chances, k)", "own",
+        OF_ORDER + "a_place_that_the_best_draw_leaves_out_comes_where_it_is_likeliest_served"),
+    Bug("steps are compared over trajectories of other lengths", ORDER, "(row + 0.5) / lengths", "row + 0 * lengths",
+        OF_ORDER + "places_that_never_meet_come_by_share_of_their_trajectories"),
+    Bug("who comes first where both are does not count", ORDER, "(won > 0) | ((won == 0) & (gone[k] < gone))",
+        "(won > np.inf) | (gone[k] < gone)", OF_ORDER + "trajectories_that_end_early_leave_the_order"),
     Bug("one return makes a tour", VISITS, "2 * after.count(first) > len(after)",
         "first in (each.subgoal for each in seen[2:])",
         OF_ORDER + "waypoints_are_cyclic_where_the_first_comes_after_the_last"),

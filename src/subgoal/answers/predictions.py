@@ -101,7 +101,8 @@ def waypoints(posterior: Posterior) -> Ints:
     shares = posterior.expected_shares
     listed = np.flatnonzero(shares >= LISTED_FROM)
     listed = listed if listed.size else np.array([int(np.argmax(shares))])
-    return first_served(posterior.demonstrations, posterior.best_assignment, listed, shares[listed])
+    chances = posterior.shares[:, listed]
+    return first_served(posterior.demonstrations, posterior.best_assignment, listed, shares[listed], chances)
 
 
 def best_bandwidth(posterior: Posterior) -> float:

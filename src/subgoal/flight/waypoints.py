@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from subgoal.answers.order import first_served
 from subgoal.answers.segments import Segments, segments
@@ -190,7 +191,9 @@ def _order(posterior: Posterior, found: Subgoals, kept: list[Subgoal]) -> Ints:
     """(W,) numbers of the kept subgoals, in the order of first service by the best draw."""
     theta = posterior.best_assignment
     served = np.where(theta >= 0, found.group[theta], -1)
-    return first_served(posterior.demonstrations, served, np.arange(len(kept)), np.array([g.share for g in kept]))
+    shares = np.array([goal.share for goal in kept])
+    belongs = sparse.csr_array(found.group[:, None] == np.arange(len(kept)), dtype=np.float64)
+    return first_served(posterior.demonstrations, served, np.arange(len(kept)), shares, posterior.shares @ belongs)
 
 
 def _made(
