@@ -74,6 +74,8 @@ def test_a_flip_is_flown_upside_down(subgoal, tmp_path):
         ("fly", ("--one-pass", "--rounds", "2"), "rounds: found 2, wanted 1"),
         ("fly", ("--vehicle", "goose"), "wanted one of 'hummingbird', 'crazyflie'"),
         ("fly", ("--speed", "99"), "wanted at most 20 m/s"),
+        ("fly", ("--one-pass", "--rounds", "3"), "--cyclic"),
+        ("fly", ("--dwell", "1e9"), "--most-seconds"),
     ],
 )
 def test_bad_input_is_told_and_nothing_is_written(subgoal, learned, monkeypatch, command, words, message):
@@ -81,6 +83,11 @@ def test_bad_input_is_told_and_nothing_is_written(subgoal, learned, monkeypatch,
     answer = subgoal(command, learned, *words)
     assert (answer.code, message in answer.err) == (2, True), answer.err
     assert [path.name for path in learned.iterdir()] == ["posterior.npz"]
+
+
+def test_a_vehicle_that_loses_its_path_ends_with_1(subgoal, learned):
+    answer = subgoal("fly", learned, "--noise", 5, "--no-film")
+    assert (answer.code, "try less noise" in answer.out) == (1, True)
 
 
 def test_a_folder_without_a_posterior_is_told(subgoal, tmp_path):

@@ -154,6 +154,40 @@ def test_noise_that_throws_the_vehicle_off_ends_the_flight() -> None:
     assert flight.duration < flight.path.duration
 
 
+SHORT = Waypoints(np.array([[0.0, 0, 1], [0.05, 0, 1], [0.056, 0, 1]]), units="m")
+
+
+def test_the_tolerance_is_below_the_distance_of_waypoints() -> None:
+    assert fly(SHORT).tolerance == pytest.approx(0.006 / 4)
+    assert fly(HOP).tolerance == 0.1
+
+
+def test_short_ways_are_flown_no_faster_than_thrust_can_swing() -> None:
+    flight = fly(SHORT)
+    assert flight.status is FlightStatus.FLOWN
+    assert np.linalg.norm(flight.positions - flight.commanded, axis=1).max() < 0.01
+
+
+def test_what_is_told_says_what_to_try() -> None:
+    assert fly(HOP).told == "flown: every waypoint was reached within 0.1 m"
+    assert "says little: the nearest two are 0.006 m apart" in fly(SHORT, tolerance=0.1).told
+    assert "try a larger scale" in fly(SHORT, scale=1e-3).told
+    assert "try less noise than 5 m" in fly(Waypoints(HOP.positions, dwell=[0.0, 20.0]), noise=5.0).told
+    assert "try a lower speed, or a larger tolerance" in fly(HOP, tolerance=1e-6).told
+
+
+@pytest.mark.parametrize(
+    ("places", "options"),
+    [([[0.0, 0, 1], [1e5, 0, 1]], {}), ([[0.0, 0, 1], [1, 0, 1]], {"speed": 1e-4}),
+     ([[0.0, 0, 1], [1e-2, 0, 1]], {"acceleration": 1e-9})],
+)  # fmt: skip
+def test_flights_that_take_too_long_are_refused(places: list[list[float]], options: dict[str, float]) -> None:
+    with pytest.raises(InputError, match=r"most_seconds: found a flight of .* wanted at most 600 s"):
+        fly(Waypoints(np.array(places), units="m"), **options)
+    with pytest.raises(InputError, match="most_seconds"):
+        fly(Waypoints(HOP.positions, dwell=[0.0, 1e9]))
+
+
 class Breaking(Silent):
     """Presses Ctrl-C when the flight is half over."""
 

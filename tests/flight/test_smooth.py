@@ -114,7 +114,10 @@ def test_an_angle_in_a_horizontal_plane_is_a_heading() -> None:
         ({"constraints": {0: {"velocity": [0, 0, 0]}}}, "neither first nor last"),
         ({"constraints": {1: {"jerk": [0, 0, 0]}}}, "velocity or acceleration"),
         ({"constraints": {1: {"velocity": [0, 0]}}}, r"velocity: found shape \(2,\)"),
-        ({"constraints": {1: {"velocity": [0, 3.0, 0]}}}, "limits of speed"),
+        ({"constraints": {1: {"velocity": [0, 3.0, 0]}}}, "velocity at constraints: found 3, wanted at most 1"),
+        ({"constraints": [1]}, "constraints: found list"),
+        ({"most_seconds": 1.0}, "most_seconds: found a flight of"),
+        ({"most_seconds": np.nan}, "most_seconds"),
     ],
 )  # fmt: skip
 def test_wrong_options_are_refused(options, message) -> None:

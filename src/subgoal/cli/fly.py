@@ -26,10 +26,14 @@ def fly(
     height: Height = 1.0,
     scale: Metres = None,
     vehicle: Annotated[str, typer.Option(help="hummingbird or crazyflie.")] = "hummingbird",
-    tolerance: Annotated[float, typer.Option(help="Metres within which a waypoint is reached.")] = 0.1,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="Metres within which a waypoint is reached; default 0.1, or a quarter of the shortest leg."),
+    ] = None,
     tilt_tolerance: Annotated[
         float, typer.Option(help="Radians within which a tilt is had, or a vehicle level.")
     ] = 0.3,
+    most_seconds: Annotated[float, typer.Option(help="Longest flight that is simulated.")] = 600.0,
     seed: Annotated[int, typer.Option(help="Random seed of the noise.")] = 0,
     noise: Annotated[float, typer.Option(help="Metres by which measured positions are off (RMS).")] = 0.0,
     film: Annotated[bool, typer.Option("--film/--no-film", help="Whether to draw flight.gif.")] = True,
@@ -38,7 +42,7 @@ def fly(
     """Fly through the subgoals and compare with what was demonstrated.
 
     Writes flight.csv, flight.json, flight.png (and .svg) and flight.gif. A subgoal with a tilt, of poses in a vertical
-    plane, is flown with that tilt, in a loop if need be.
+    plane, is flown with that tilt, in a loop if need be. Ends with 1 if the vehicle did not arrive or lost its path.
 
     Example:
 
@@ -46,8 +50,8 @@ def fly(
     """
     from subgoal.cli.compose import output_folder
     from subgoal.cli.waypoints import told
+    from subgoal.flight import FlightStatus, tracking, waypoints, write_flight
     from subgoal.flight import fly as flown
-    from subgoal.flight import tracking, waypoints, write_flight
     from subgoal.plots.files import save_figure
     from subgoal.plots.flight import plot_flight
     from subgoal.plots.flight_animation import animate_flight
@@ -58,7 +62,8 @@ def fly(
     made = waypoints(posterior, cyclic=cyclic, dwell=dwell, least_share=least_share, visits=visits)
     flight = flown(
         made, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration, smoothing=smoothing,
-        rounds=rounds, vehicle=vehicle, tolerance=tolerance, tilt_tolerance=tilt_tolerance, noise=noise, seed=seed,
+        rounds=rounds, vehicle=vehicle, tolerance=tolerance, tilt_tolerance=tilt_tolerance,
+        most_seconds=most_seconds, noise=noise, seed=seed,
         progress=progress_display("flight", quiet=quiet),
     )  # fmt: skip
     error = tracking(flight, posterior.demonstrations)
@@ -69,6 +74,8 @@ def fly(
             animate_flight(flight, made, posterior.demonstrations, place / "flight.gif")
     if not quiet:
         print(told(made))
-        print(f"{flight.status.value}, {flight.duration:.1f} s")
+        print(f"{flight.told}; {flight.duration:.1f} s")
         print(error.told)
         print(f"Look at {place / 'flight.png'}")
+    if flight.status in (FlightStatus.DID_NOT_ARRIVE, FlightStatus.DIVERGED):
+        raise typer.Exit(1)

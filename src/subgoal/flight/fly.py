@@ -11,7 +11,7 @@ import numpy as np
 from subgoal.flight.commands import Commands, commands_along
 from subgoal.flight.placement import Placement
 from subgoal.flight.record import Flight, FlightStatus
-from subgoal.flight.smooth import SmoothPath, smooth
+from subgoal.flight.smooth import MOST_SECONDS, SmoothPath, smooth
 from subgoal.flight.vehicle import Simulated, Vehicle, vehicle_named
 from subgoal.flight.waypoints import Waypoints
 from subgoal.runtime.checks import Floats, positive
@@ -26,6 +26,8 @@ SETTLE = 0.5
 ASTRAY = 2.0
 """Metres from the path at which a vehicle has lost it."""
 TOLD_EVERY = 50
+NEAR, APART = 0.1, 0.25
+"""Metres within which a waypoint is reached, but no more than this share of the shortest leg."""
 
 
 def fly(
@@ -40,9 +42,10 @@ def fly(
     overshoot: float = 0.1,
     rounds: int = 1,
     vehicle: str = "hummingbird",
-    tolerance: float = 0.1,
+    tolerance: float | None = None,
     tilt_tolerance: float = 0.3,
     constraints: Mapping[int, Mapping[str, Any]] | None = None,
+    most_seconds: float = MOST_SECONDS,
     noise: float = 0.0,
     seed: int = 0,
     progress: Progress | None = None,
@@ -51,12 +54,13 @@ def fly(
 
     Parameters
     ----------
-    plane, height, scale, speed, acceleration, smoothing, overshoot, rounds, tilt_tolerance, constraints:
+    plane, height, scale, speed, acceleration, smoothing, overshoot, rounds, tilt_tolerance, constraints, most_seconds:
         As in ``smooth``.
     vehicle:
         "hummingbird" (0.5 kg, ten times its weight of thrust) or "crazyflie" (30 g, twice its weight: no loops).
     tolerance:
-        Metres within which a waypoint is reached; a tilted one also within ``tilt_tolerance`` radians.
+        Metres within which a waypoint is reached; a tilted one also within ``tilt_tolerance`` radians. By default 0.1,
+        or a quarter of the shortest way between two waypoints where that is less.
     noise:
         Standard deviation in metres of the positions that the controller is told; drawn with ``seed``.
     progress:
@@ -66,21 +70,18 @@ def fly(
     ``InputError`` and ``MissingExtraError`` as ``smooth`` does.
     """
     begin = time.perf_counter()
-    made, tolerance, noise = (
-        vehicle_named(vehicle),
-        positive("tolerance", tolerance),
-        positive("noise", noise, zero=True),
-    )
+    made, noise = vehicle_named(vehicle), positive("noise", noise, zero=True)
+    wanted = None if tolerance is None else positive("tolerance", tolerance)
     path = smooth(
         waypoints, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration,
         smoothing=smoothing, overshoot=overshoot, rounds=rounds, vehicle=vehicle, tilt_tolerance=tilt_tolerance,
-        constraints=constraints,
+        constraints=constraints, most_seconds=most_seconds,
     )  # fmt: skip
     commands = commands_along(path, made, STEP, SETTLE)
     errors = noise * stream(seed).standard_normal((len(commands.times), 3))
     logged, ended = _simulated(made, commands, errors, Silent() if progress is None else progress)
-    within = tolerance, float(tilt_tolerance)
-    return _flight(waypoints, path, made, commands, logged, ended, within, time.perf_counter() - begin)
+    within = min(NEAR, APART * path.route.least_leg) if wanted is None else wanted, float(tilt_tolerance)
+    return _flight(waypoints, path, made, commands, logged, ended, within, noise, time.perf_counter() - begin)
 
 
 def _simulated(
@@ -112,7 +113,7 @@ def _simulated(
 
 def _flight(
     waypoints: Waypoints, path: SmoothPath, vehicle: Vehicle, commands: Commands, logged: dict[str, Floats],
-    ended: FlightStatus, within: tuple[float, float], seconds: float,
+    ended: FlightStatus, within: tuple[float, float], noise: float, seconds: float,
 ) -> Flight:  # fmt: skip
     n = len(logged["x"])
     times = commands.times[:n]
@@ -122,7 +123,7 @@ def _flight(
     return Flight(
         times, logged["x"], logged["v"], logged["q"], commands.positions[:n], logged["rotor_speeds"],
         vehicle.thrust(logged["rotor_speeds"]), waypoints, path, misses, tilts, *within, status,
-        vehicle.name, seconds,
+        noise, vehicle.name, seconds,
     )  # fmt: skip
 
 

@@ -49,10 +49,10 @@ class Pieces:
         share = np.linspace(0, 1, SAMPLES)
         return np.asarray((self.knots[:-1, None] + self.durations[:, None] * share).ravel())
 
-    def peaks(self) -> tuple[float, float]:
-        """Largest speed and acceleration."""
-        _, fast, hard = np.linalg.norm(self.at(self.samples(), 3), axis=2)
-        return float(fast.max()), float(hard.max())
+    def peaks(self) -> tuple[float, float, float]:
+        """Largest speed, acceleration and snap."""
+        _, fast, hard, _, snap = np.linalg.norm(self.at(self.samples(), 5), axis=2)
+        return float(fast.max()), float(hard.max()), float(snap.max())
 
     def stretched(self, factor: float) -> Pieces:
         """The same path, ``factor`` times as long."""
@@ -87,7 +87,17 @@ def joined(parts: Sequence[Pieces]) -> Pieces:
     )
 
 
-def slack(pieces: Pieces, speed: float, acceleration: float) -> float:
-    """By how much a path from rest to rest must be stretched to keep to both limits, and no more."""
-    fast, hard = pieces.peaks()
-    return max(fast / speed, float(np.sqrt(hard / acceleration)))
+@dataclass(frozen=True)
+class Limits:
+    """Largest ``speed`` in m/s, ``acceleration`` in m/s² and ``snap`` in m/s⁴: how fast thrust can swing round."""
+
+    speed: float
+    acceleration: float
+    snap: float
+
+
+def slack(pieces: Pieces, limits: Limits) -> float:
+    """By how much a path from rest to rest must be stretched to keep to the limits, and no more."""
+    fast, hard, snap = pieces.peaks()
+    swung = float(np.sqrt(np.sqrt(snap / limits.snap)))
+    return max(fast / limits.speed, float(np.sqrt(hard / limits.acceleration)), swung)

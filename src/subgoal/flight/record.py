@@ -14,13 +14,18 @@ from subgoal.flight.smooth import SmoothPath
 from subgoal.flight.waypoints import Waypoints
 from subgoal.runtime.checks import Bools, Floats
 
+SHORT = 0.05
+"""Metres between waypoints below which a vehicle, followed to a few millimetres, tells them apart badly."""
+LOUD = 1 / 3
+"""Of the tolerance, what noise of the positions makes a vehicle miss."""
+
 
 class FlightStatus(Enum):
-    """How a flight ended; values are messages."""
+    """How a flight ended; values are messages, to which ``Flight.told`` adds what to try."""
 
     FLOWN = "flown: every waypoint was reached"
-    DID_NOT_ARRIVE = "did not arrive at every waypoint: fly slower, or with a larger tolerance"
-    DIVERGED = "diverged: the vehicle lost its path, so the flight was ended: fly slower"
+    DID_NOT_ARRIVE = "did not arrive at every waypoint"
+    DIVERGED = "diverged: the vehicle lost its path, so the flight was ended"
     STOPPED = "stopped before the end"
 
 
@@ -49,6 +54,8 @@ class Flight:
         Metres and radians within which a place is reached.
     status:
         FLOWN if all places were reached.
+    noise:
+        Metres by which the controller was told wrong positions (RMS).
     vehicle, seconds:
         Its name, and the time the simulation took.
     """
@@ -67,6 +74,7 @@ class Flight:
     tolerance: float
     tilt_tolerance: float
     status: FlightStatus
+    noise: float
     vehicle: str
     seconds: float
 
@@ -92,6 +100,24 @@ class Flight:
     def reached(self) -> Bools:
         """(K,) which places of the route were reached."""
         return np.asarray((self.misses <= self.tolerance) & (self.tilts <= self.tilt_tolerance))
+
+    @property
+    def told(self) -> str:
+        """How the flight ended, within what, and what to try."""
+        least, ended = self.route.least_leg, str(self.status.value)
+        if self.status is FlightStatus.STOPPED:
+            return ended
+        if self.status is FlightStatus.FLOWN:
+            near = f" within {self.tolerance:.3g} m"
+            if 2 * self.tolerance > least:
+                near += f", which says little: the nearest two are {least:.2g} m apart; try a smaller tolerance"
+            return ended + near
+        if self.noise > LOUD * self.tolerance:
+            return f"{ended}: try less noise than {self.noise:.3g} m"
+        if least < SHORT:
+            return f"{ended}: the nearest two are {least:.2g} m apart; try a larger scale"
+        larger = ", or a larger tolerance" if self.status is FlightStatus.DID_NOT_ARRIVE else ""
+        return f"{ended}: try a lower speed{larger}"
 
     @property
     def shown(self) -> Floats:

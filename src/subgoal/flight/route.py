@@ -12,6 +12,7 @@ from subgoal.runtime.checks import Bools, Floats, Ints, whole
 from subgoal.runtime.errors import InputError
 
 START = -1
+MOST_PLACES = 10_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,11 @@ class Route:
     roundness: Floats
     tilted: Bools
 
+    @property
+    def least_leg(self) -> float:
+        """Metres between the nearest two neighbours."""
+        return float(np.linalg.norm(np.diff(self.places, axis=0), axis=1).min())
+
     def name(self, k: int) -> str:
         """The place ``k`` in words."""
         at = int(self.waypoint[k])
@@ -59,7 +65,10 @@ def route_of(waypoints: Waypoints, placement: Placement, rounds: int, tolerance:
     rounds = whole("rounds", rounds)
     count = len(waypoints)
     if rounds > 1 and not waypoints.cyclic:
-        raise InputError("rounds", found=rounds, wanted="1: the waypoints are not cyclic", hint="waypoints that are")
+        raise InputError("rounds", found=rounds, wanted="1: the waypoints are not cyclic",
+                         hint="cyclic=True (--cyclic)")  # fmt: skip
+    if rounds * count > MOST_PLACES:
+        raise InputError("rounds", found=rounds, wanted=f"at most {MOST_PLACES // count} of {count} waypoints")
     order = np.arange(count)
     if waypoints.cyclic:
         order = np.roll(order, -_nearest(waypoints))

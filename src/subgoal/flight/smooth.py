@@ -11,7 +11,7 @@ import numpy as np
 
 from subgoal.flight.loops import Turning, manoeuvre
 from subgoal.flight.placement import Placement, place
-from subgoal.flight.polynomials import Pieces, held, joined
+from subgoal.flight.polynomials import Limits, Pieces, held, joined
 from subgoal.flight.route import Route, route_of
 from subgoal.flight.vehicle import FASTEST, GRAVITY, Vehicle, vehicle_named
 from subgoal.flight.waypoints import Waypoints
@@ -20,6 +20,9 @@ from subgoal.runtime.checks import Floats, positive, real_array
 from subgoal.runtime.errors import InputError
 
 SMOOTHINGS = ("stop", "through")
+MOST_SECONDS = 600.0
+SWING = 0.1
+"""Of the moment there is when hovering, what a path without tilts may ask for."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,6 +82,7 @@ def smooth(
     vehicle: str = "hummingbird",
     tilt_tolerance: float = 0.3,
     constraints: Mapping[int, Mapping[str, Any]] | None = None,
+    most_seconds: float = MOST_SECONDS,
 ) -> SmoothPath:
     """The path of minimum snap through the waypoints, no faster than ``speed`` and ``acceleration``.
 
@@ -101,12 +105,16 @@ def smooth(
     tilt_tolerance:
         Radians within which a tilt is had, and a vehicle level.
     constraints:
-        For waypoint k (from 0), "velocity" or "acceleration" (3,) in the world, where the path goes through it.
+        For waypoint k (from 0), "velocity" or "acceleration" (3,) in the world, where the path goes through it;
+        no larger than the limits.
+    most_seconds:
+        Longest path that is made.
 
     Raises
     ------
     InputError
-        An option out of range, a limit that the vehicle cannot reach, or a tilted waypoint that cannot be flown.
+        An option out of range, a limit that the vehicle cannot reach, a tilted waypoint that cannot be flown, or a path
+        of more than ``most_seconds``.
     MissingExtraError
         The extra ``flight`` is not installed.
     """
@@ -118,48 +126,72 @@ def smooth(
     how = Turning(made, positive("tilt_tolerance", tilt_tolerance))
     placement = place(waypoints, plane, height, scale)
     route = route_of(waypoints, placement, rounds, how.tolerance)
-    pinned = _constraints(constraints, route)
+    most = positive("most_seconds", most_seconds)
+    lengths = np.linalg.norm(np.diff(route.places, axis=0), axis=1)
+    untilted = ~(route.tilted[1:] | route.tilted[:-1])
+    _check_duration(float(route.dwell.sum() + lengths[untilted].sum() / pace.speed), most)
+    pinned = _constraints(constraints, route, pace)
     rests = route.dwell > 0
     rests[[0, -1]] = True
     if smoothing == "stop":
         rests |= ~route.tilted
         rests[[k for k in pinned if not route.tilted[k]]] = False
-    return _assembled(route, placement, how, rests, pace, bound, pinned)
+    path = _assembled(route, placement, how, rests, pace, bound, pinned)
+    _check_duration(path.duration, most)
+    return path
 
 
-def _limits(vehicle: Vehicle, speed: float, acceleration: float) -> tuple[float, float]:
+def _check_duration(seconds: float, most: float) -> None:
+    if not seconds <= most:
+        raise InputError("most_seconds", found=f"a flight of {seconds:,.0f} s or more", wanted=f"at most {most:,g} s",
+                         hint="a higher speed, a smaller scale, shorter dwells, or a larger most_seconds "
+                              "(--most-seconds)")  # fmt: skip
+
+
+def _limits(vehicle: Vehicle, speed: float, acceleration: float) -> Limits:
     speed, acceleration = positive("speed", speed), positive("acceleration", acceleration)
     if speed > FASTEST:
         raise InputError("speed", found=speed, wanted=f"at most {FASTEST:g} m/s, beyond which the model does not hold")
     most = float(np.sqrt(max(vehicle.usable_thrust**2 - GRAVITY**2, 0.0)))
     if acceleration > most:
         raise InputError("acceleration", found=acceleration, wanted=f"at most {most:.1f} m/s² for {vehicle.name}")
-    return speed, acceleration
+    return Limits(speed, acceleration, SWING * vehicle.turning * GRAVITY**2)
 
 
-def _constraints(given: Mapping[int, Mapping[str, Any]] | None, route: Route) -> dict[int, dict[str, Floats]]:
+def _constraints(
+    given: Mapping[int, Mapping[str, Any]] | None, route: Route, pace: Limits
+) -> dict[int, dict[str, Floats]]:
     """By place of the route, where the waypoint is neither first nor last."""
     found: dict[int, dict[str, Floats]] = {}
-    for at, wanted in (given or {}).items():
+    given = {} if given is None else given
+    if not isinstance(given, Mapping) or not all(isinstance(wanted, Mapping) for wanted in given.values()):
+        raise InputError("constraints", found=type(given).__name__,
+                         wanted="velocities and accelerations by waypoint",
+                         hint='{1: {"velocity": [0, 0.2, 0]}}')  # fmt: skip
+    for at, wanted in given.items():
         places = [k for k in np.flatnonzero(route.waypoint == at).tolist() if 0 < k < len(route.places) - 1]
         if not places or set(wanted) - {"velocity", "acceleration"}:
             raise InputError("constraints", where=f"waypoint {at}", found=list(wanted),
                              wanted="velocity or acceleration, neither first nor last")  # fmt: skip
-        vectors = {name: _vector(name, value) for name, value in wanted.items()}
+        most = {"velocity": pace.speed, "acceleration": pace.acceleration}
+        vectors = {name: _vector(name, value, most[name]) for name, value in wanted.items()}
         found |= dict.fromkeys(places, vectors)
     return found
 
 
-def _vector(what: str, value: Any) -> Floats:
-    """(3,) numbers."""
+def _vector(what: str, value: Any, most: float) -> Floats:
+    """(3,) numbers, together no larger than ``most``."""
     vector = real_array(what, value, ndim=1)
     if vector.shape != (3,):
         raise InputError(what, found=f"shape {vector.shape}", wanted="(3,)")
+    if not np.linalg.norm(vector) <= most:
+        raise InputError(what, where="constraints", found=f"{np.linalg.norm(vector):.3g}", wanted=f"at most {most:g}",
+                         hint=f"a larger limit {'speed' if what == 'velocity' else what}=")  # fmt: skip
     return vector
 
 
 def _assembled(
-    route: Route, placement: Placement, how: Turning, rests: Any, pace: tuple[float, float], bound: float,
+    route: Route, placement: Placement, how: Turning, rests: Any, pace: Limits, bound: float,
     pinned: dict[int, dict[str, Floats]],
 ) -> SmoothPath:  # fmt: skip
     """Ways from rest to rest, one after another, with the dwells between them."""

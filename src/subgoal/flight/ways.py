@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from subgoal.flight.polynomials import Pieces, joined, minimum_snap, slack
+from subgoal.flight.polynomials import Limits, Pieces, joined, minimum_snap, slack
 from subgoal.runtime.checks import Floats, Ints
 from subgoal.runtime.errors import InputError
 
@@ -21,7 +21,7 @@ FITTED = 1.005
 Pinned = Mapping[int, Mapping[str, Any]]
 
 
-def way(places: Floats, limits: tuple[float, float], bound: float, pinned: Pinned) -> tuple[Pieces, Floats, float]:
+def way(places: Floats, limits: Limits, bound: float, pinned: Pinned) -> tuple[Pieces, Floats, float]:
     """Through ``places`` (K, 3): the path, (K,) when it comes to each, and how far it leaves the straight lines."""
     parts: list[Pieces] = []
     reached, widest = [np.zeros(1)], 0.0
@@ -36,7 +36,7 @@ def way(places: Floats, limits: tuple[float, float], bound: float, pinned: Pinne
     return joined(parts), np.concatenate(reached), widest
 
 
-def _solved(places: Floats, limits: tuple[float, float], bound: float, pinned: Pinned) -> tuple[Pieces, Floats, float]:
+def _solved(places: Floats, limits: Limits, bound: float, pinned: Pinned) -> tuple[Pieces, Floats, float]:
     """As ``way``, for a few legs."""
     halves = np.ones(len(places) - 1, np.int64)
     for _ in range(HALVINGS + 1):
@@ -66,15 +66,14 @@ def _with_points_between(places: Floats, halves: Ints) -> tuple[Floats, Ints]:
     return np.vstack([*parts, places[-1:]]), np.append(0, np.cumsum(halves))
 
 
-def _paced(points: Floats, limits: tuple[float, float], pinned: Pinned) -> tuple[Pieces, Floats]:
+def _paced(points: Floats, limits: Limits, pinned: Pinned) -> tuple[Pieces, Floats]:
     """The path of minimum snap, as fast as the limits let it; times by length, more at both ends."""
-    speed, acceleration = limits
-    legs = np.linalg.norm(np.diff(points, axis=0), axis=1) / speed
-    legs[[0, -1]] += speed / acceleration / 2
+    legs = np.linalg.norm(np.diff(points, axis=0), axis=1) / limits.speed
+    legs[[0, -1]] += limits.speed / limits.acceleration / 2
     times = np.append(0.0, np.cumsum(legs))
     for _ in range(12):
         path = minimum_snap(points, times, pinned)
-        factor = slack(path, speed, acceleration)
+        factor = slack(path, limits)
         if not pinned:
             return path.stretched(factor), times * factor
         if factor <= FITTED:

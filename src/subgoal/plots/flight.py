@@ -52,7 +52,7 @@ def plot_flight(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrat
     width = 11.5 if len(pairs) == 1 else 14.5
     figure = new_figure(width, 6.4, f"Flown in {flight.duration:.1f} s: {error.told}", None, [_told(flight)], left=0.07)
     if flight.status is not FlightStatus.FLOWN:
-        figure.text(0.07, 0.945, flight.status.value, fontsize=TEXT, color=ALARM, weight="bold", va="top")
+        figure.text(0.07, 0.945, flight.told, fontsize=TEXT, color=ALARM, weight="bold", va="top")
     right = 0.655 if len(pairs) == 1 else 0.74
     each = (right - 0.13) / len(pairs)
     for k, pair in enumerate(pairs):
