@@ -94,3 +94,4 @@ def test_a_folder_without_a_posterior_is_told(subgoal, tmp_path):
     for words in (("fly", tmp_path), ("waypoints", tmp_path, "--out", tmp_path / "w.csv")):
         answer = subgoal(*words)
         assert (answer.code, "posterior.npz" in answer.err) == (2, True)
+        assert "subgoal learn" in answer.err

@@ -188,6 +188,36 @@ def test_flights_that_take_too_long_are_refused(places: list[list[float]], optio
         fly(Waypoints(HOP.positions, dwell=[0.0, 1e9]))
 
 
+def test_what_is_no_waypoints_and_no_flight_is_refused() -> None:
+    with pytest.raises(InputError, match="waypoints: found NoneType"):
+        fly(None)
+    with pytest.raises(InputError, match="posterior: found NoneType"):
+        waypoints(None)
+    with pytest.raises(InputError, match="tracking: found NoneType"):
+        tracking(fly(HOP), None)
+
+
+@pytest.mark.parametrize("wrong", [([np.nan], 1), ([0.0], 0), ([0.0], 99), ("a", 2)])
+def test_a_path_is_asked_at_numbers(wrong: tuple) -> None:
+    with pytest.raises(InputError, match=r"times|orders"):
+        smooth(HOP).at(*wrong)
+
+
+def test_a_flight_is_not_changed() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        fly(HOP).positions[0] = 9
+
+
+def test_a_loop_with_level_ways_before_and_after_is_flown() -> None:
+    own = loop()
+    places = np.array([[-1.0, LEAST, 0], own.positions[0], own.positions[1], own.positions[0], [1.0, LEAST, 0]])
+    route = Waypoints(places, dimensions=own.dimensions, units="m", period=own.period,
+                      turns=np.array([0, 0, np.pi, np.pi, 0]))  # fmt: skip
+    flight = fly(route)
+    assert flight.status is FlightStatus.FLOWN
+    assert abs(flight.angles[-1] - TURN) < 0.05
+
+
 class Breaking(Silent):
     """Presses Ctrl-C when the flight is half over."""
 

@@ -124,6 +124,8 @@ def test_a_square_has_four_corners_in_order() -> None:
         ({"positions": [[0.0, 1.0], [2, 2]], "dwell": [0.0, np.nan]}, "dwell"),
         ({"positions": [[0.0, 1.0], [2, 2]], "start": [0.0]}, "waypoints: found labels"),
         ({"positions": [[0.0, 1.0], [2, 2]], "turns": [0.0]}, "turns: found shape"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "dwell": [1.0]}, "dwell: found 1 of them"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "dimensions": ("y", "y")}, "dimensions: found"),
         ({"positions": [[0.0, 1.0], [2, 2]], "roundness": 0.0}, "roundness: found"),
         ({"positions": [[0.0, 1.0], [2, 2]], "roundness": [1.0, 1.1]}, "roundness: found"),
     ],
@@ -140,7 +142,8 @@ def test_a_start_and_one_place_are_enough() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [({"least_share": 0.9}, "least_share"), ({"visits": True, "cyclic": True}, "cyclic"), ({"dwell": -1.0}, "dwell"),
-     ({"stray": 0}, "stray"), ({"visits": True, "stray": 50}, "stray: found no segment")],
+     ({"cyclic": "no"}, "cyclic: found 'no'"), ({"stray": 0}, "stray"),
+     ({"visits": True, "stray": 50}, "stray: found no segment")],
 )  # fmt: skip
 def test_wrong_options_are_refused(options: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):

@@ -49,16 +49,15 @@ def fly(
       subgoal fly out/ --out out/flight --speed 1.5
     """
     from subgoal.cli.compose import output_folder
-    from subgoal.cli.waypoints import told
+    from subgoal.cli.waypoints import learned_in, told
     from subgoal.flight import FlightStatus, tracking, waypoints, write_flight
     from subgoal.flight import fly as flown
     from subgoal.plots.files import save_figure
     from subgoal.plots.flight import plot_flight
     from subgoal.plots.flight_animation import animate_flight
-    from subgoal.posterior.archive import load
     from subgoal.runtime.progress import progress_display
 
-    posterior = load(folder / "posterior.npz")
+    posterior = learned_in(folder)
     made = waypoints(posterior, cyclic=cyclic, dwell=dwell, least_share=least_share, visits=visits)
     flight = flown(
         made, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration, smoothing=smoothing,

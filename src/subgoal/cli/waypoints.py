@@ -11,6 +11,7 @@ from subgoal.cli import options as o
 
 if TYPE_CHECKING:
     from subgoal.flight import Waypoints
+    from subgoal.posterior.posterior import Posterior
 
 MOST_TOLD = 20
 Folder = Annotated[Path, typer.Argument(help="Folder that subgoal learn wrote (with posterior.npz in it).")]
@@ -53,15 +54,26 @@ def waypoints(
     from subgoal.answers.subgoals import subgoals
     from subgoal.flight import waypoints as ordered
     from subgoal.flight import write_waypoints
-    from subgoal.posterior.archive import load
 
-    posterior = load(folder / "posterior.npz")
+    posterior = learned_in(folder)
     found = subgoals(posterior, merge_radius=merge_radius)
     made = ordered(posterior, found=found, cyclic=cyclic, dwell=dwell, least_share=least_share, visits=visits)
     written = write_waypoints(made, out, frame=frame, plane=plane, height=height, scale=scale)
     if not quiet:
         print(told(made))
         print(f"Written to {written}")
+
+
+def learned_in(folder: Path) -> Posterior:
+    """The posterior that ``subgoal learn`` left; raises ``InputError`` where it did not."""
+    from subgoal.posterior.archive import load
+    from subgoal.runtime.errors import InputError
+
+    if not (folder / "posterior.npz").is_file():
+        found = "a file" if folder.is_file() else "no posterior.npz in it" if folder.is_dir() else "no such folder"
+        raise InputError("folder", where=str(folder), found=found, wanted="a folder with posterior.npz",
+                         hint="subgoal learn FILE --out FOLDER first")  # fmt: skip
+    return load(folder / "posterior.npz")
 
 
 def told(made: Waypoints) -> str:

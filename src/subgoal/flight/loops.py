@@ -169,6 +169,7 @@ def _refused(pace: Pace, route: Route, how: Turning) -> InputError:
         found=f"a tilt of {tilt:.0f}° that {how.vehicle.name} cannot have there: at best thrust points "
               f"{np.degrees(pace.aside):.0f}° aside, with {pace.thrust / how.vehicle.usable_thrust:.0%} of the thrust "
               f"and {pace.turning / RESERVE:.0%} of the moment there are",
-        wanted="a larger loop, on which the angle turns as the path does",
-        hint="a larger tilt_tolerance=",
+        wanted="at most 100% of both, on a loop where the angle turns as the path bends",
+        hint="tilt_tolerance=1.0 (--tilt-tolerance) where waypoints lie at the sides of a loop, fewer of them (a "
+             "larger least_share=, --least-share), or angles of the other sign",
     )  # fmt: skip

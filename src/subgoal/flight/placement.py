@@ -126,5 +126,5 @@ def _is_plane(text: str) -> bool:
 def _metres(units: str) -> float:
     if units not in METRES:
         raise InputError("units", found=repr(units), wanted=f"one of {', '.join(map(repr, METRES))}",
-                         hint="scale=0.01, the metres of one unit")  # fmt: skip
+                         hint="scale= (--scale), the metres of one unit, such as 0.01 for centimetres")  # fmt: skip
     return METRES[units]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
 
 import numpy as np
@@ -12,7 +12,7 @@ from subgoal.flight.placement import Placement
 from subgoal.flight.route import Route
 from subgoal.flight.smooth import SmoothPath
 from subgoal.flight.waypoints import Waypoints
-from subgoal.runtime.checks import Bools, Floats
+from subgoal.runtime.checks import Bools, Floats, frozen
 
 SHORT = 0.05
 """Metres between waypoints below which a vehicle, followed to a few millimetres, tells them apart badly."""
@@ -77,6 +77,12 @@ class Flight:
     noise: float
     vehicle: str
     seconds: float
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, each.name, frozen(value))
 
     def __repr__(self) -> str:
         return f"Flight({self.duration:.1f} s of {self.vehicle}, {self.status.name})"

@@ -144,7 +144,8 @@ def _check(route: Route, placement: Placement) -> None:
         if route.tilted[k]:
             tilt = np.degrees(np.arccos(np.cos(route.angles[k])))
             raise InputError("waypoints", where=route.name(k), found=f"a flight that rests tilted by {tilt:.0f}°",
-                             wanted="level ones at both ends", hint="waypoints that are cyclic, or visits")  # fmt: skip
+                             wanted="level ones at both ends",
+                             hint="cyclic=True (--cyclic), visits=True (--visits), or more tilt_tolerance")  # fmt: skip
     rests = route.tilted & (route.dwell > 0)
     if rests.any():
         raise InputError("dwell", where=route.name(int(np.argmax(rests))), found="a rest where the vehicle is tilted",

@@ -16,11 +16,12 @@ from subgoal.flight.route import Route, route_of
 from subgoal.flight.vehicle import FASTEST, GRAVITY, Vehicle, vehicle_named
 from subgoal.flight.waypoints import Waypoints
 from subgoal.flight.ways import way
-from subgoal.runtime.checks import Floats, positive, real_array
+from subgoal.runtime.checks import Floats, positive, real_array, whole
 from subgoal.runtime.errors import InputError
 
 SMOOTHINGS = ("stop", "through")
 MOST_SECONDS = 600.0
+MOST_ORDERS = 8
 SWING = 0.1
 """Of the moment there is when hovering, what a path without tilts may ask for."""
 
@@ -57,7 +58,10 @@ class SmoothPath:
 
     def at(self, times: Any, orders: int = 1) -> Floats:
         """(orders, n, 3) positions, velocities, accelerations and so on at ``times`` (n,), held at both ends."""
-        return self.pieces.at(times, orders)
+        clock = real_array("times", times, ndim=(0, 1))
+        if whole("orders", orders) > MOST_ORDERS:
+            raise InputError("orders", found=orders, wanted=f"at most {MOST_ORDERS}")
+        return self.pieces.at(clock, orders)
 
     def headings(self, times: Floats) -> Floats:
         """(n,) yaw in radians: turned evenly between places, or that of the plane."""
@@ -118,6 +122,8 @@ def smooth(
     MissingExtraError
         The extra ``flight`` is not installed.
     """
+    if not isinstance(waypoints, Waypoints):
+        raise InputError("waypoints", found=type(waypoints).__name__, wanted="Waypoints", hint="waypoints(posterior)")
     made = vehicle_named(vehicle)
     pace = _limits(made, speed, acceleration)
     if smoothing not in SMOOTHINGS:

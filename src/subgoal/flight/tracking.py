@@ -72,6 +72,9 @@ def tracking(flight: Flight, demonstrations: Demonstrations) -> Tracking:
 
     Raises ``InputError`` for demonstrations in other coordinates than the waypoints.
     """
+    for given, kind in ((flight, Flight), (demonstrations, Demonstrations)):
+        if not isinstance(given, kind):
+            raise InputError("tracking", found=type(given).__name__, wanted="a Flight and Demonstrations")
     placement = flight.placement
     if demonstrations.is_discrete or demonstrations.names != flight.waypoints.dimensions:
         raise InputError("demonstrations", found=f"coordinates {', '.join(demonstrations.names)}",

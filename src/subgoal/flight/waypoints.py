@@ -82,6 +82,10 @@ class Waypoints:
             raise InputError(
                 "waypoints", found=f"labels {labels.shape}, {d} dimensions", wanted="one of each per place"
             )
+        if np.size(self.dwell) not in (1, count) or (np.ndim(self.dwell) and np.size(self.dwell) != count):
+            raise InputError("dwell", found=f"{np.size(self.dwell)} of them", wanted=f"one number, or {count}")
+        if len(set(self.dimensions)) < len(self.dimensions):
+            raise InputError("dimensions", found=list(self.dimensions), wanted="names that differ")
         if (~(dwell >= 0)).any():
             raise InputError("dwell", found=dwell.min(), wanted="seconds, at least 0")
         if (~((rounded > 0) & (rounded <= 1))).any():
@@ -168,6 +172,10 @@ def waypoints(
 
     Raises ``InputError`` for states that are no positions, and if fewer than two places are left.
     """
+    if not isinstance(posterior, Posterior):
+        raise InputError("posterior", found=type(posterior).__name__, wanted="a Posterior, as sample() gives")
+    if cyclic not in (None, True, False):
+        raise InputError("cyclic", found=repr(cyclic), wanted="None, True or False")
     demos = posterior.demonstrations
     if demos.is_discrete:
         raise InputError("demonstrations", found="states of a discrete world", wanted="positions to fly to")

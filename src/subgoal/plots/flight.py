@@ -85,16 +85,17 @@ def draw_paths(axes: Axes, flight: Flight, demonstrations: Demonstrations, pair:
 
 
 def draw_waypoints(axes: Axes, waypoints: Waypoints, flight: Flight, pair: tuple[int, int] = (0, 1)) -> None:
-    """Discs in the colours of the subgoals, with the numbers in which they are flown to; a subgoal has one disc."""
+    """Discs in the colours and with the numbers of the subgoals, and a square where the flight begins."""
     columns = [flight.placement.columns[k] for k in pair]
+    begin = flight.shown[0, pair]
+    axes.plot(*begin, marker="s", markersize=13, markerfacecolor="none", markeredgecolor=INK, zorder=7)
     for label in np.unique(waypoints.labels):
         turns = np.flatnonzero(waypoints.labels == label)
         x, y = waypoints.positions[turns[0], columns]
         shade = colour(int(label) - 1)
-        text = ", ".join(str(k + 1) for k in turns[:3]) + (" …" if turns.size > 3 else "")
         axes.text(
-            x, y, text, color=ink_on(shade), fontsize=TEXT, weight="bold", ha="center", va="center_baseline",
-            zorder=6, bbox={"boxstyle": "circle,pad=0.35" if turns.size == 1 else "round,pad=0.35", "facecolor": shade,
+            x, y, str(label), color=ink_on(shade), fontsize=TEXT, weight="bold", ha="center", va="center_baseline",
+            zorder=6, bbox={"boxstyle": "circle,pad=0.35", "facecolor": shade,
                             "edgecolor": "white", "linewidth": 1.4},
         )  # fmt: skip
 
@@ -155,7 +156,8 @@ def _key(figure: Figure, vehicle: str) -> None:
     handles = [
         Line2D([], [], color=SHOWN, linewidth=2.6, label="demonstrated"),
         Line2D([], [], color=FLOWN, linewidth=1.4, label="flown"),
-        Line2D([], [], linestyle="", marker="o", markersize=9, color=colour(0), label="waypoint, in order"),
+        Line2D([], [], linestyle="", marker="s", markersize=9, markerfacecolor="none", color=INK, label="start"),
+        Line2D([], [], linestyle="", marker="o", markersize=9, color=colour(0), label="number of a subgoal"),
     ]
     if vehicle:
         handles.append(Line2D([], [], linestyle="", marker=mast, markersize=14, color=INK, markeredgewidth=1.5,
@@ -176,5 +178,5 @@ def _over_time(
     for at, k in zip(flight.path.arrivals, flight.route.waypoint, strict=True):
         if at <= flight.duration and flight.path.arrivals.size <= MOST_MARKED:
             axes.axvline(at, color=FAINT, linewidth=0.7, linestyle=":", zorder=0)
-            axes.text(at, 1.02, str(k + 1) if k >= 0 else "", transform=axes.get_xaxis_transform(), ha="center",
-                      fontsize=SMALL, color=FAINT)  # fmt: skip
+            label = str(flight.waypoints.labels[k]) if k >= 0 else ""
+            axes.text(at, 1.02, label, transform=axes.get_xaxis_transform(), ha="center", fontsize=SMALL, color=FAINT)

@@ -76,7 +76,7 @@ def _frames(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrations
     names = (with_unit(own.dimensions[k], own.units) for k in columns[:2])
     axes = panel(figure, (0.14, 0.14, 0.82, 0.78), "", *names)
     draw_paths(axes, flight, demonstrations)
-    (trace,) = axes.lines
+    trace = axes.lines[0]
     draw_waypoints(axes, waypoints, flight)
     discs = list(axes.texts)
     for x, name, shade in ((0.14, "demonstrated", SHOWN), (0.38, "flown", FLOWN)):
