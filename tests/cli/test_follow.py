@@ -127,6 +127,52 @@ def test_a_growing_file_is_followed_until_it_is_stopped(corner: Path, tmp_path: 
     assert (tmp_path / "out" / "report.html").exists()
 
 
+def test_sigterm_writes_what_ctrl_c_writes_and_waiting_is_told(corner: Path, tmp_path: Path) -> None:
+    run = process(corner, "-i", "id", *MODEL, "--draws", 60, "--out", tmp_path / "out")
+    told = ""
+    while "waiting for more lines; Ctrl-C ends and writes" not in told and run.poll() is None:
+        told = run.stdout.readline()
+    run.terminate()
+    run.communicate(timeout=100)
+    assert run.returncode == 0
+    assert (tmp_path / "out" / "report.html").exists()
+
+
+@pytest.mark.parametrize("worse", ["1,\r2,3", "1," + "0" * 200_000 + ",3"])
+def test_lines_that_are_no_table_are_told_and_left_out(subgoal, corner: Path, tmp_path: Path, worse: str) -> None:
+    lines = corner.read_text().splitlines()
+    corner.write_bytes("\n".join([*lines[:5], worse, *lines[5:]]).encode())
+    answer = subgoal("follow", corner, "-i", "id", *MODEL, *SHORT, "--out", tmp_path / "a")
+    assert answer.code == 0
+    assert "line 6 is left out" in answer.err
+    assert "82 observations in 2 trajectories" in answer.out
+
+
+def test_times_that_go_back_suggest_a_column_of_trajectories(subgoal, corner: Path, tmp_path: Path) -> None:
+    answer = subgoal("follow", corner, *MODEL, *SHORT, "--out", tmp_path / "a")
+    assert "the time goes back. If there is more than one trajectory, --trajectory" in answer.err
+
+
+def test_a_long_gap_is_told(subgoal, corner: Path, tmp_path: Path) -> None:
+    corner.write_text("x,y,t\n" + "".join(f"{k / 10},0,{k / 10 + 20 * (k > 20)}\n" for k in range(40)))
+    answer = subgoal("follow", corner, "--epsilon", "0.3", *SHORT, "--out", tmp_path / "a")
+    assert "warning: line 23 comes 20.1 after the one before: 402 samples are made up" in answer.err
+
+
+@pytest.mark.parametrize("words", [("-p", "x,x"), ("-p", "x,t"), ("-p", "x,y", "-i", "y")])
+def test_a_column_is_asked_for_once(subgoal, corner: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
+    answer = subgoal("follow", corner, *MODEL, *SHORT, "--out", tmp_path / "a", *words)
+    assert answer.code == 2
+    assert "more than once" in answer.err
+
+
+@pytest.mark.parametrize(("name", "told"), [("nowhere.csv", "no such file"), ("", "a folder")])
+def test_what_is_no_file_is_told_in_words(subgoal, tmp_path: Path, name: str, told: str) -> None:
+    answer = subgoal("follow", tmp_path / name, *MODEL, "--out", tmp_path / "out")
+    assert answer.code == 2
+    assert f"found {told}" in answer.err
+
+
 def told_corner() -> Stream:
     stream = Stream(names=("x", "y"), radius=0.3, rate=None)
     leg = np.linspace(0, 10, 21)

@@ -49,6 +49,18 @@ def test_a_file_is_read_on_when_it_has_grown(tmp_path: Path) -> None:
     assert next(lines) is None
 
 
+def test_a_file_made_shorter_or_replaced_is_noticed(tmp_path: Path) -> None:
+    path, other = tmp_path / "a.csv", tmp_path / "b.csv"
+    path.write_text("one\ntwo\n")
+    sources = GrowingFile(path), GrowingFile(path)
+    assert [(source.read(), source.read(), source.rewritten) for source in sources] == [(b"one\ntwo\n", b"", False)] * 2
+    path.write_text("one\n")
+    assert (sources[0].read(), sources[0].rewritten) == (b"", True)
+    other.write_text("one\ntwo\nthree\n")
+    other.replace(path)
+    assert (sources[1].read(), sources[1].rewritten) == (b"", True)
+
+
 def test_a_pipe_ends_when_it_is_closed() -> None:
     reading, writing = os.pipe()
     lines = (line for line in lines_of(Piped(reading)) if line is not None)

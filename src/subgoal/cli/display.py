@@ -56,6 +56,11 @@ class Display:
             self._shown = found
             self._console.print(line_of(stream, found), markup=False, soft_wrap=True)
 
+    def say(self, told: str) -> None:
+        """A line, above the table if there is one."""
+        if not self._quiet:
+            self._console.print(told, markup=False, soft_wrap=True)
+
     def _differs(self, found: Subgoals) -> bool:
         before = self._shown
         if before is None or found.n_subgoals != before.n_subgoals:

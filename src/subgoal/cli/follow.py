@@ -71,6 +71,7 @@ def follow(
     from subgoal.streaming import Stream
 
     names = tuple(o.words(position) or ())
+    _all_different([*names, time or "t", *([trajectory] if trajectory else [])])
     draws = whole("draws", draws)
     merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
     patience = float("inf") if wait is None else positive("wait", wait, zero=True)
@@ -80,11 +81,21 @@ def follow(
         window=window, metric=metric, units=units or "", seed=seed,
     )  # fmt: skip
     with output_folder(out) as folder:
-        following = Following(stream, Display(quiet=quiet, merge_radius=merge_radius))
+        following = Following(stream, Display(quiet=quiet, merge_radius=merge_radius), out=folder, rate=rate or None)
         following.read(
             file, position=names, time=time or "t", trajectory=trajectory, separator=separator, patience=patience
         )
         _write(stream, folder, draws, merge_radius=merge_radius, y_down=y_down, quiet=quiet)
+
+
+def _all_different(names: list[str]) -> None:
+    """``InputError`` for a column that is asked for twice."""
+    from subgoal.runtime.errors import InputError
+
+    again = [name for k, name in enumerate(names) if name in names[:k]]
+    if again:
+        raise InputError("columns", found=f"{again[0]!r} more than once in --position, --time and --trajectory",
+                         wanted="each column once")  # fmt: skip
 
 
 def _write(stream: Stream, folder: Path, draws: int, *, merge_radius: float | None, y_down: bool, quiet: bool) -> None:

@@ -18,7 +18,9 @@ PAUSE = 0.05
 
 
 class Source(Protocol):
-    """Bytes that come bit by bit."""
+    """Bytes that come bit by bit; ``rewritten`` where they are no longer those of the file of that name."""
+
+    rewritten: bool
 
     def read(self) -> bytes | None:
         """What is new, nothing if nothing is (after a short wait), None if no more will come."""
@@ -28,20 +30,31 @@ class GrowingFile:
     """A file read on to its end, and again when it has grown. Its end is nobody's business: it may grow again."""
 
     def __init__(self, path: Path) -> None:
-        self._stream = path.open("rb")
+        self._path, self._stream = path, path.open("rb")
+        self.rewritten = False
 
     def read(self) -> bytes | None:
         """See ``Source``."""
         new = self._stream.read(PIECE)
         if not new:
+            self.rewritten = self.rewritten or self._is_another()
             time.sleep(PAUSE)
         return new
+
+    def _is_another(self) -> bool:
+        """Whether the file is shorter than what was read of it, or another one has its name."""
+        try:
+            now = self._path.stat()
+        except OSError:
+            return True
+        return now.st_size < self._stream.tell() or now.st_ino != os.fstat(self._stream.fileno()).st_ino
 
 
 class Piped:
     """A file descriptor read by a thread of its own, so that whoever waits for it can still be stopped."""
 
     def __init__(self, descriptor: int) -> None:
+        self.rewritten = False
         self._pieces: queue.Queue[bytes | None] = queue.Queue()
         threading.Thread(target=self._pump, args=(descriptor,), daemon=True).start()
 

@@ -11,6 +11,8 @@ from subgoal.runtime.errors import InputError, ReadError
 
 SEPARATORS = (",", ";", "\t", "|")
 COMMENT = "#"
+MOST_TOLD = 100
+"""Characters of a line that an error repeats."""
 
 
 class Row(NamedTuple):
@@ -37,7 +39,10 @@ class Columns:
     ) -> Columns:  # fmt: skip
         """From the line with the names of the columns; ``ReadError`` where one is missing."""
         sign = separator or max(SEPARATORS, key=header.count)
-        names = [name.strip() for name in _split(header, sign)]
+        try:
+            names = [name.strip() for name in _split(header, sign)]
+        except InputError as problem:
+            raise ReadError("header", where="line 1", found=problem.found, wanted="names of columns") from None
         wanted = [*position, time, *([] if trajectory is None else [trajectory])]
         missing = [name for name in wanted if name not in names]
         if missing:
@@ -55,7 +60,7 @@ class Columns:
         try:
             time, *place = (float(fields[k]) for k in (self.time, *self.position))
         except ValueError as problem:
-            raise InputError("line", found=str(problem), wanted="numbers") from None
+            raise InputError("line", found=_short(str(problem)), wanted="numbers") from None
         return Row(time, tuple(place), "" if self.trajectory is None else fields[self.trajectory].strip())
 
 
@@ -65,4 +70,11 @@ def is_empty(line: str) -> bool:
 
 
 def _split(line: str, separator: str) -> list[str]:
-    return next(csv.reader([line], delimiter=separator))
+    try:
+        return next(csv.reader([line], delimiter=separator))
+    except csv.Error as problem:
+        raise InputError("line", found=_short(str(problem)), wanted="fields of text") from None
+
+
+def _short(told: str) -> str:
+    return told if len(told) <= MOST_TOLD else f"{told[:MOST_TOLD]}…"
