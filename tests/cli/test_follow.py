@@ -173,6 +173,12 @@ def test_what_is_no_file_is_told_in_words(subgoal, tmp_path: Path, name: str, to
     assert f"found {told}" in answer.err
 
 
+def test_results_that_are_replaced_are_told_before(subgoal, corner: Path, tmp_path: Path) -> None:
+    words = ("follow", corner, "-i", "id", *MODEL, *SHORT, "--out", tmp_path / "a")
+    assert "replaces the results" not in subgoal(*words).out
+    assert subgoal(*words).out.startswith("replaces the results in")
+
+
 def told_corner() -> Stream:
     stream = Stream(names=("x", "y"), radius=0.3, rate=None)
     leg = np.linspace(0, 10, 21)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -120,3 +122,13 @@ def test_before_the_first_pair_there_is_nothing_to_give() -> None:
         with pytest.raises(InputError, match="nothing that moves yet"):
             call()
     assert Stream(2, radius=0.3).lift() == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "what"),
+    [({"names": (1, 2)}, "names"), ({"names": ("x", "x")}, "names"), ({"names": 3}, "names"),
+     ({"names": ("x",), "units": 3}, "units"), ({"names": ("x",), "time_unit": None}, "time_unit")],
+)  # fmt: skip
+def test_words_are_words(given: dict[str, Any], what: str) -> None:
+    with pytest.raises(InputError, match=what):
+        Stream(**given, radius=0.5)

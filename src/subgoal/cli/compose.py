@@ -19,6 +19,9 @@ from subgoal.likelihood.table import LogLikelihood
 from subgoal.partition.protocol import Sampler
 from subgoal.runtime.errors import InputError
 
+FINE = 1 / 40
+"""Seconds between samples below which --rate is recommended."""
+
 
 def clock_told(data: Recording | Demonstrations, file: Path, reading: dict[str, Any]) -> str:
     """The unit of the times, and whether it is only assumed."""
@@ -32,6 +35,14 @@ def clock_told(data: Recording | Demonstrations, file: Path, reading: dict[str, 
     ):
         return "times: taken as seconds (--time-scale 0.001 if they are milliseconds)"
     return f"times: in {data.time_unit}"
+
+
+def rate_hint(data: Recording | Demonstrations, reading: dict[str, Any]) -> str:
+    """A line on samples so close that segments come out many; empty where they are not, or a rate was asked for."""
+    if data.times is None or data.time_unit != "s" or {"rate", "every"} & reading.keys() or len(data.times) < 2:
+        return ""
+    step = float(np.median(np.diff(data.times)))
+    return f"{1 / step:.0f} samples a second: --rate 20 makes segments fewer and longer" if 0 < step < FINE else ""
 
 
 def candidate_places(

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 MODEL = "Model"
 WARMUP = 200
+POSTERIOR = "posterior.npz"
 
 
 def follow(
@@ -81,6 +82,8 @@ def follow(
         window=window, metric=metric, units=units or "", seed=seed,
     )  # fmt: skip
     with output_folder(out) as folder:
+        if (folder / POSTERIOR).exists() and not quiet:
+            print(f"replaces the results in {folder}/", flush=True)
         following = Following(stream, Display(quiet=quiet, merge_radius=merge_radius), out=folder, rate=rate or None)
         following.read(
             file, position=names, time=time or "t", trajectory=trajectory, separator=separator, patience=patience

@@ -44,7 +44,7 @@ def inspect(
 
       subgoal inspect tracks.csv --position x,y --time t --trajectory id --out out/
     """
-    from subgoal.cli.compose import clock_told, output_folder
+    from subgoal.cli.compose import clock_told, output_folder, rate_hint
     from subgoal.cli.learn import learn
     from subgoal.cli.wording import as_typed
     from subgoal.demonstrations.read import look
@@ -62,6 +62,8 @@ def inspect(
     if not quiet:
         print(as_typed("\n".join(summarise(record).lines()), inspect, learn))
         print(clock_told(record, file, reading))
+        if hint := rate_hint(record, reading):
+            print(hint)
     with output_folder(out) as folder:
         save_figure(plot_recording(record, y_down=y_down), folder, "recording")
     if not quiet:

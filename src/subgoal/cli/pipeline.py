@@ -49,13 +49,15 @@ def learn_file(
     swept: bool = False,
 ) -> None:
     """The pipeline behind ``learn`` and ``demo``: read, tabulate, sample, write, print."""
-    from subgoal.cli.compose import candidate_places, clock_told, likelihood_table, output_folder
+    from subgoal.cli.compose import candidate_places, clock_told, likelihood_table, output_folder, rate_hint
     from subgoal.demonstrations.metric import Metric
     from subgoal.demonstrations.read import read
 
     demonstrations = read(file, **reading)
     if not quiet:
         print(clock_told(demonstrations, file, reading))
+        if hint := rate_hint(demonstrations, reading):
+            print(hint)
     plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
     chosen = candidate_places(demonstrations, plan, **places)
     fixed = table["confidence"] is not None

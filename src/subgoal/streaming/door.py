@@ -57,12 +57,23 @@ def columns(dimension: Any, names: Sequence[str]) -> tuple[tuple[str, ...], int]
     """Names and number of the columns."""
     if isinstance(names, str):
         raise InputError("names", found=repr(names), wanted="a name for each column", hint=f"names=({names!r},)")
+    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+        raise InputError("names", found=repr(names), wanted="a text for each column")
+    if len(set(names)) < len(names):
+        raise InputError("names", found=", ".join(names), wanted="names that differ")
     if dimension is None and not names:
         raise InputError("dimension", found="none", wanted="a number of columns, or their names")
     d = len(names) if dimension is None else whole("dimension", dimension)
     if names and len(names) != d:
         raise InputError("names", found=f"{len(names)}", wanted=f"{d}, one per column")
     return tuple(names) or tuple(f"x{k}" for k in range(d)), d
+
+
+def text(what: str, given: Any) -> str:
+    """A text, empty or not."""
+    if not isinstance(given, str):
+        raise InputError(what, found=repr(given), wanted="a text")
+    return given
 
 
 def fitting(metric: Metric | None, dimension: int) -> Metric:

@@ -23,7 +23,7 @@ from subgoal.posterior.sample import ConvergenceWarning
 from subgoal.runtime.checks import Floats, positive, whole
 from subgoal.runtime.errors import InputError
 from subgoal.streaming.chains import KEPT, Chains
-from subgoal.streaming.door import checked_confidence, checked_sample, columns, fitting
+from subgoal.streaming.door import checked_confidence, checked_sample, columns, fitting, text
 from subgoal.streaming.draws import Target, drawn, of_late
 from subgoal.streaming.growing import Growing
 from subgoal.streaming.table import GrowingTable
@@ -78,7 +78,7 @@ class Stream:
         seed: int = 0,
     ) -> None:
         self._names, d = columns(dimension, names)
-        self._units, self._time_unit = units, time_unit
+        self._units, self._time_unit = text("units", units), text("time_unit", time_unit)
         self._metric = fitting(metric, d)
         self._radius, self._seed = positive("radius", radius), whole("seed", seed, least=0)
         self._concentration = positive("concentration", concentration)
