@@ -182,7 +182,8 @@ def waypoints(
     found, least = subgoals(posterior) if found is None else found, positive("least_share", least_share, zero=True)
     kept = [goal for goal in found.items if reaches(goal.share, least)]
     if not kept:
-        raise InputError("least_share", found=least, wanted=f"at most {found.items[0].share:.2f}, the largest share")
+        raise InputError("least_share", found=least, wanted=f"at most {found.items[0].share:.2f}, the largest share",
+                         hint="a smaller least_share (--least-share)")  # fmt: skip
     cut = segments(posterior, found)
     seen = visited_in_order(demos, cut, len(kept), whole("stray", stray))
     if visits:

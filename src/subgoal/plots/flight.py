@@ -162,7 +162,7 @@ def _key(figure: Figure, vehicle: str) -> None:
     if vehicle:
         handles.append(Line2D([], [], linestyle="", marker=mast, markersize=14, color=INK, markeredgewidth=1.5,
                label=vehicle))  # fmt: skip
-    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.06, 0.925), ncols=4, frameon=False,
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.06, 0.925), ncols=5, frameon=False,
                   fontsize=SMALL)  # fmt: skip
 
 
