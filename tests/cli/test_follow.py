@@ -87,7 +87,9 @@ def test_bad_options_leave_nothing(subgoal, corner: Path, tmp_path: Path, words:
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("text", "named"), [("", "no line"), ("x,y,t\n", "nothing that moves"), (STILL, "nothing")])
+@pytest.mark.parametrize(
+    ("text", "named"), [("", "no line"), ("x,y,t\n", "no line with numbers"), (STILL, "x, y that change")]
+)
 def test_bad_files_leave_nothing(subgoal, tmp_path: Path, text: str, named: str) -> None:
     (tmp_path / "bad.csv").write_text(text)
     answer = subgoal("follow", tmp_path / "bad.csv", *MODEL, *SHORT, "--out", tmp_path / "out")

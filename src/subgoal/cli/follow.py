@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from subgoal.cli import options as o
@@ -88,6 +90,7 @@ def follow(
         following.read(
             file, position=names, time=time or "t", trajectory=trajectory, separator=separator, patience=patience
         )
+        _check_moved(stream, names)
         _write(stream, folder, draws, merge_radius=merge_radius, y_down=y_down, quiet=quiet)
 
 
@@ -99,6 +102,20 @@ def _all_different(names: list[str]) -> None:
     if again:
         raise InputError("columns", found=f"{again[0]!r} more than once in --position, --time and --trajectory",
                          wanted="each column once")  # fmt: skip
+
+
+def _check_moved(stream: Stream, names: Sequence[str]) -> None:
+    """``InputError`` in words of the command where nothing came that could be learned from."""
+    from subgoal.runtime.errors import InputError
+
+    if not stream.n_pairs:
+        raise InputError("recording", found="no line with numbers that has a later one after it",
+                         wanted=f"two samples at least of {', '.join(names)}")  # fmt: skip
+    if not np.asarray(stream.demonstrations().actions).any():
+        raise InputError(
+            "recording", found=f"nothing that moves in {stream.n_pairs} samples",
+            wanted=f"{', '.join(names)} that change", hint="--position names the columns of the place",
+        )  # fmt: skip
 
 
 def _write(stream: Stream, folder: Path, draws: int, *, merge_radius: float | None, y_down: bool, quiet: bool) -> None:
