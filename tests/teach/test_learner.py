@@ -10,8 +10,11 @@ from typing import Any
 import pytest
 
 from subgoal.teach.drawing import Drawing
-from subgoal.teach.learner import IDLE, Learner
+from subgoal.teach.learner import IDLE, Learner, _work
+from subgoal.teach.learning import Tuning
 from subgoal.teach.limits import Limits
+from subgoal.teach.live import Live
+from subgoal.teach.messages import RefusedError
 from subgoal.teach.workshop import Lane
 from tests.teach.made import square
 
@@ -132,6 +135,35 @@ def test_the_same_again_is_not_learned_again() -> None:
         assert len(hand.workshop.asked) == asked
 
     run(drawn)
+
+
+def test_one_flight_is_prepared_at_a_time_and_left_when_the_drawing_changes() -> None:
+    async def drawn() -> None:
+        hand = Hand(Lane.FLIGHT)
+        for kind, *given in (("begin",), ("add", SQUARE), ("lift",)):
+            hand.do(kind, *given)
+        await hand.stages("full")
+        hand.learner.fly()
+        hand.learner.look(hand.number)
+        with pytest.raises(RefusedError, match="being prepared"):
+            hand.learner.fly()
+        while Lane.FLIGHT not in hand.workshop.asked:
+            await asyncio.sleep(0)
+        hand.do("clear")
+        message = await asyncio.wait_for(hand.said.get(), LONG)
+        assert (message["code"], "left" in message["text"]) == ("cannot", True)
+        await asyncio.sleep(0)
+        assert hand.workshop.left == 1
+
+    run(drawn)
+
+
+def test_what_was_changed_before_its_turn_is_not_learned_from() -> None:
+    drawing = Drawing(Limits())
+    drawing.begin()
+    drawing.add(SQUARE)
+    found = _work(drawing.sheet(), Tuning(), "settled", 1, Limits(), Live(), lambda: False)
+    assert found == (None, None)
 
 
 def test_what_fails_here_is_told_and_the_next_drawing_is_learned() -> None:

@@ -12,6 +12,7 @@ import pytest
 from subgoal.demonstrations.records import Recording
 from subgoal.flight import read_waypoints, waypoints
 from subgoal.posterior.posterior import Posterior
+from subgoal.runtime.errors import InputError, StoppedError
 from subgoal.teach.drawing import Drawing
 from subgoal.teach.flying import flown, waypoint_text
 from subgoal.teach.learning import SETTLED, Answer, Tuning, demonstrations_of, learn
@@ -72,7 +73,7 @@ def test_what_does_not_is_shown_whole_and_undistorted(places: list[list[float]])
 
 def test_a_flight_goes_round_the_square(posterior: Posterior) -> None:
     pytest.importorskip("rotorpy", reason="the flight extra is not installed")
-    found = json.loads(json.dumps(flown(posterior), allow_nan=False))
+    found = json.loads(json.dumps(flown(posterior, 120.0, lambda: True), allow_nan=False))
     rows = {len(found[name]) for name in ("times", "y", "z", "tilt", "thrust")}
     assert rows == {len(found["times"])}
     assert max(found["y"]) - min(found["y"]) == pytest.approx(2, abs=0.2)
@@ -83,6 +84,34 @@ def test_a_flight_goes_round_the_square(posterior: Posterior) -> None:
     speeding = right[: len(right) // 6]
     assert np.mean([found["tilt"][k] for k in speeding]) < 0
     assert "from your path" in found["summary"]
+
+
+def test_a_path_of_pixels_is_flown_as_large_as_the_plane_and_that_is_said() -> None:
+    pytest.importorskip("rotorpy", reason="the flight extra is not installed")
+    pixels = np.array(square()) * [1, 300, 300]
+    recording = Recording(
+        pixels[:, 1:], pixels[:, 0], np.array([0, len(pixels)]), ("x", "y"), trajectory_names=("stroke 1",)
+    )
+    learned = learn(demonstrations_of(recording), Tuning(), SETTLED).posterior
+    assert learned is not None
+    found = flown(learned, 120.0, lambda: True)
+    assert found["times"][-1] < 30
+    assert max(found["y"]) - min(found["y"]) == pytest.approx(600, abs=60)
+    assert "unknown" in found["summary"]
+
+
+def test_a_flight_that_takes_too_long_is_refused_in_words_of_the_page(posterior: Posterior) -> None:
+    pytest.importorskip("rotorpy", reason="the flight extra is not installed")
+    with pytest.raises(InputError, match="Try: a shorter one") as told:
+        flown(posterior, 2.0, lambda: True)
+    assert "--" not in str(told.value)
+
+
+def test_a_flight_that_nobody_waits_for_ends(posterior: Posterior) -> None:
+    pytest.importorskip("rotorpy", reason="the flight extra is not installed")
+    waits = iter([True, True, False])
+    with pytest.raises(StoppedError):
+        flown(posterior, 120.0, lambda: next(waits))
 
 
 def test_waypoints_as_text(posterior: Posterior, tmp_path: Path) -> None:

@@ -3,28 +3,56 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from subgoal.flight import Flight, FlightStatus, fly, tracking, waypoints, write_waypoints
+from subgoal.flight import Flight, FlightStatus, Waypoints, fly, tracking, waypoints, write_waypoints
+from subgoal.flight.placement import METRES
 from subgoal.flight.vehicle import GRAVITY, vehicle_named
 from subgoal.posterior.posterior import Posterior
+from subgoal.runtime.errors import InputError, StoppedError
+from subgoal.runtime.progress import Silent
+from subgoal.teach.picture import HALF_WIDTH, HEIGHT
 
 PLANE = "yz"
 EVERY = 3
 """Steps of the simulation between two that the page is told."""
 SPEED = 1.5
 """Metres per second."""
+TINY = 1e-12
 
 
-def flown(posterior: Posterior) -> dict[str, Any]:
+class Watched(Silent):
+    """Progress that ends a flight, by ``StoppedError``, once nobody waits for it."""
+
+    def __init__(self, wanted: Callable[[], bool]) -> None:
+        self._wanted = wanted
+
+    def update(self, done: int, total: int, note: str = "") -> None:
+        """Go on only while somebody waits."""
+        if not self._wanted():
+            raise StoppedError("Nobody waits for this flight.")
+
+
+def flown(posterior: Posterior, most_seconds: float, wanted: Callable[[], bool]) -> dict[str, Any]:
     """A flight over the subgoals: places, tilts and thrust (1 is hovering) at a few times, and how well it followed.
 
-    Raises ``InputError`` where there are no two subgoals to fly between, and ``MissingExtraError`` without ``flight``.
+    Raises ``InputError`` where there are no two subgoals to fly between or the flight is longer than ``most_seconds``,
+    ``MissingExtraError`` without ``flight``, and ``StoppedError`` soon after it is not ``wanted`` any more.
     """
-    flight = fly(waypoints(posterior), plane=PLANE, speed=SPEED)
+    watched = Watched(wanted)
+    watched.update(0, 1)
+    points = waypoints(posterior)
+    scale = metres_per_unit(points)
+    try:
+        flight = fly(points, plane=PLANE, speed=SPEED, scale=scale, most_seconds=most_seconds, progress=watched)
+    except InputError as problem:
+        if problem.what != "most_seconds":
+            raise
+        raise InputError("the path", found=problem.found, wanted=problem.wanted, hint="a shorter one") from None
     error = tracking(flight, posterior.demonstrations)
     rows = np.unique(np.append(np.arange(0, len(flight.times), EVERY), len(flight.times) - 1))
     weight = vehicle_named(flight.vehicle).parameters["mass"] * GRAVITY
@@ -37,18 +65,24 @@ def flown(posterior: Posterior) -> dict[str, Any]:
         "thrust": (flight.thrust[rows] / weight).tolist(),
         "rmse": error.rmse,
         "largest": error.largest,
-        "summary": _summary(flight, error.rmse, error.largest, error.units),
+        "summary": _summary(flight, error.rmse, error.largest, points.units, scale),
     }
 
 
-def _summary(flight: Flight, rmse: float, largest: float, units: str) -> str:
-    far = [_length(error, units) for error in (rmse, largest)]
+def metres_per_unit(points: Waypoints) -> float:
+    """That of a known unit; of another, 1 or what makes waypoints (n, 2) fit the empty plane, if that is less."""
+    if points.units in METRES and points.units:
+        return METRES[points.units]
+    across, up = np.ptp(points.positions, axis=0)
+    return float(min(1.0, 2 * HALF_WIDTH / max(across, TINY), HEIGHT / max(up, TINY)))
+
+
+def _summary(flight: Flight, rmse: float, largest: float, units: str, scale: float) -> str:
+    far = [f"{100 * scale * error:.0f} cm" for error in (rmse, largest)]
     told = f"Flown in {flight.duration:.1f} s, {far[0]} from your path (root mean square), {far[1]} at most."
+    if scale != METRES.get(units):
+        told += f" The unit of the file is {units or 'unknown'}: each was flown as {scale:.2g} m."
     return told if flight.status is FlightStatus.FLOWN else f"{told} It {flight.status.value}."
-
-
-def _length(value: float, units: str) -> str:
-    return f"{100 * value:.0f} cm" if units in ("m", "") else f"{value:.2g} {units}"
 
 
 def waypoint_text(posterior: Posterior, kind: str) -> str:

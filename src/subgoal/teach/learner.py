@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import threading
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from pathlib import Path
@@ -43,6 +44,8 @@ class Learner:
         self._tasks: set[asyncio.Task[Any]] = set()
         self._watching: asyncio.Task[None] | None = None
         self._resting: asyncio.Task[None] | None = None
+        self._flying: asyncio.Task[None] | None = None
+        self._flown = self._key()
         self._learned: tuple[Any, Answer | None] = (None, None)
         self._said: dict[str, Any] | None = None
         self._live = Live()
@@ -55,6 +58,10 @@ class Learner:
         self._changed.set()
         if self._resting is not None:
             self._resting.cancel()
+        flying = self._flying
+        if flying is not None and not flying.done() and self._flown != self._key():
+            flying.cancel()
+            self._send({"type": "error", "code": "cannot", "text": "The drawing has changed: that flight was left."})
         if not self._drawing.drawn:
             self._lifted.set()
         if self._watching is None or self._watching.done():
@@ -74,8 +81,11 @@ class Learner:
         self._start(self._read(name, content))
 
     def fly(self) -> None:
-        """Fly the subgoals of the drawing as it is."""
-        self._start(self._of_full("fly", self._fly))
+        """Fly the subgoals of the drawing as it is; left if it changes. Raises ``RefusedError`` during another one."""
+        if self._flying is not None and not self._flying.done():
+            raise RefusedError("cannot", "A flight is being prepared already.")
+        self._flown = self._key()
+        self._flying = self._start(self._of_full("fly", self._fly))
 
     def save(self) -> None:
         """Write a project folder."""
@@ -139,10 +149,11 @@ class Learner:
         if self._learned[0] == key and self._learned[1] is not None and self._learned[1].stage == FULL:
             return sheet, self._learned[1]
         answer, said = await self._workshop.do(
-            lane, _work, sheet, self.tuning, stage, number, self._limits, self._live
+            lane, _work, sheet, self.tuning, stage, number, self._limits, self._live,
+            lambda: stage != SETTLED or key == self._key(),
         )  # fmt: skip
         same = key == self._key() if stage != DRAWING else sheet.lineage == self._drawing.sheet().lineage
-        if same:
+        if same and said is not None:
             self._learned, self._said = (key, answer), said
             self._send(said)
         return sheet, answer
@@ -177,7 +188,12 @@ class Learner:
         self._send({"type": "saved", "folder": str(folder)})
 
     async def _fly(self, sheet: Sheet, found: Subgoals, posterior: Posterior) -> None:
-        self._send(await self._workshop.do(Lane.WAITED_FOR, flown, posterior))
+        left = threading.Event()
+        try:
+            wanted, most = lambda: not left.is_set(), self._limits.flight_seconds
+            self._send(await self._workshop.do(Lane.FLIGHT, flown, posterior, most, wanted))
+        finally:
+            left.set()
 
     async def _export(self, kind: str, posterior: Posterior) -> None:
         text = await self._workshop.do(Lane.WAITED_FOR, waypoint_text, posterior, kind)
@@ -185,9 +201,11 @@ class Learner:
 
 
 def _work(
-    sheet: Sheet, tuning: Tuning, stage: str, number: int, limits: Limits, live: Live
-) -> tuple[Answer | None, dict[str, Any]]:
-    """In a thread: the answer and its picture, or why there is none."""
+    sheet: Sheet, tuning: Tuning, stage: str, number: int, limits: Limits, live: Live, wanted: Callable[[], bool]
+) -> tuple[Answer | None, dict[str, Any] | None]:
+    """In a thread: the answer and its picture, or why there is none; nothing where it is not wanted any more."""
+    if not wanted():
+        return None, None
     if sheet.n_points == 0:
         return None, nothing(number)
     try:

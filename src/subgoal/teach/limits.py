@@ -29,6 +29,8 @@ class Limits:
         Latest time of a drawn point, since its session began.
     sessions:
         Kept at once. Beyond that the one that was left longest ago makes room; if none was left, a new one is refused.
+    flight_seconds:
+        Longest flight that is simulated.
     take_over_seconds:
         How long a page that was loaded anew waits for the one before it to go.
     """
@@ -46,6 +48,7 @@ class Limits:
     reach: float = 100.0
     seconds: float = 1e6
     sessions: int = 64
+    flight_seconds: float = 120.0
     take_over_seconds: float = 1.5
 
 

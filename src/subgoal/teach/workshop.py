@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future
 from enum import Enum
 from functools import partial
+from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from subgoal.runtime.executor import worker_count
 
 Found = TypeVar("Found")
+Waiting = SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None]
 
 
 class Lane(Enum):
@@ -21,22 +24,49 @@ class Lane(Enum):
     """Somebody looks at the page and waits."""
     MEANWHILE = "meanwhile"
     """While the pen is down: what is not done now is done with the next points. One thing at a time."""
+    FLIGHT = "flight"
+    """Flights, one at a time."""
     IDLE = "idle"
     """When there is time."""
 
 
 class Workshop:
-    """Work of all sessions, with threads for each lane."""
+    """Work of all sessions, with threads for each lane.
+
+    They are daemons: the process ends without waiting for what they compute.
+    """
 
     def __init__(self) -> None:
-        threads = {Lane.WAITED_FOR: max(2, worker_count(None)), Lane.MEANWHILE: 1, Lane.IDLE: 1}
-        self._pools = {lane: ThreadPoolExecutor(count, f"teach-{lane.value}") for lane, count in threads.items()}
+        self._threads = dict.fromkeys(Lane, 1) | {Lane.WAITED_FOR: max(2, worker_count(None))}
+        self._queues: dict[Lane, Waiting] = {lane: SimpleQueue() for lane in Lane}
+        for lane, count in self._threads.items():
+            for k in range(count):
+                name = f"teach-{lane.value}-{k}"
+                threading.Thread(target=_work_off, args=(self._queues[lane],), name=name, daemon=True).start()
 
     async def do(self, lane: Lane, work: Callable[..., Found], *arguments: Any) -> Found:
-        """``work(*arguments)`` in a thread of the lane, once one is free."""
-        return await asyncio.get_running_loop().run_in_executor(self._pools[lane], partial(work, *arguments))
+        """``work(*arguments)`` in a thread of the lane, once one is free; left out if cancelled before it begins."""
+        future: Future[Found] = Future()
+        self._queues[lane].put((future, partial(work, *arguments)))
+        return await asyncio.wrap_future(future)
 
     def close(self) -> None:
         """Leave what has not begun."""
-        for pool in self._pools.values():
-            pool.shutdown(wait=False, cancel_futures=True)
+        for lane, queue in self._queues.items():
+            while not queue.empty():
+                queue.get()
+            for _ in range(self._threads[lane]):
+                queue.put(None)
+
+
+def _work_off(queue: Waiting) -> None:
+    while (given := queue.get()) is not None:
+        future, work = given
+        if not future.set_running_or_notify_cancel():
+            continue
+        try:
+            found = work()
+        except BaseException as problem:
+            future.set_exception(problem)
+        else:
+            future.set_result(found)
