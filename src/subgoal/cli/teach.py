@@ -9,14 +9,18 @@ import typer
 
 
 def teach(
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder in which projects are saved.")] = Path("out/teach"),
-    host: Annotated[str, typer.Option(help="Address to listen on; others than this machine can reach others.")] = (
-        "127.0.0.1"
-    ),
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder in which projects are saved, made if it is not there.")
+    ] = Path("out/teach"),
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; with any but the default, other machines can open the page too.")
+    ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="Port to listen on; 0 is any that is free.")] = 0,
     open: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = True,
 ) -> None:
-    """Draw a path on a page, see its goals while you draw, and watch a simulated quadrotor fly them.
+    """Draw a path on a page, see its subgoals while you draw, and watch a simulated quadrotor fly them.
+
+    The address that is printed holds a secret token, new at each start: whoever has it can use the page. Ctrl-C ends.
 
     Example:
 

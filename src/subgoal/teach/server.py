@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import secrets
 import socket
+import tempfile
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -48,7 +50,7 @@ def serve(
     MissingExtraError
         The extra ``teach`` is not installed.
     InputError
-        The address cannot be listened on.
+        The address cannot be listened on, or nothing can be written in ``out``.
     """
     limits = limits or Limits()
     for package in NEEDED:
@@ -58,7 +60,9 @@ def serve(
 
     from subgoal.teach.app import make_app
 
+    writable(Path(out))
     listening = bound(host, port)
+    print("Starting; for the first time this takes some seconds.", flush=True)
     port, token = listening.getsockname()[1], secrets.token_urlsafe(TOKEN_BYTES)
     app = make_app(token=token, host=host, port=port, out=Path(out), limits=limits)
     warnings.simplefilter("ignore", ConvergenceWarning)
@@ -81,8 +85,19 @@ def settings(app: Starlette, limits: Limits) -> uvicorn.Config:
 
     return uvicorn.Config(
         app, log_level="warning", access_log=False, server_header=False, ws="websockets-sansio",
-        ws_max_size=limits.file_bytes + SPARE, ws_per_message_deflate=False, timeout_graceful_shutdown=2,
+        ws_max_size=limits.file_bytes + SPARE, ws_per_message_deflate=False, timeout_graceful_shutdown=1,
     )  # fmt: skip
+
+
+def writable(out: Path) -> None:
+    """Make the folder, and raise ``InputError`` where nothing can be written in it."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".teaching-", dir=out):
+            pass
+    except OSError as problem:
+        raise InputError("out", found=f"{out} ({problem.strerror})", wanted="a folder that can be written in",
+                         hint="another folder") from None  # fmt: skip
 
 
 def bound(host: str, port: int) -> socket.socket:
@@ -93,8 +108,17 @@ def bound(host: str, port: int) -> socket.socket:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         return socket.create_server((host, port), family=family)
     except OSError as problem:
-        raise InputError("host and port", found=f"{host}:{port} ({problem})", wanted="an address that is free",
-                         hint="port 0") from None  # fmt: skip
+        raise _not_bound(host, port, problem) from None
+
+
+def _not_bound(host: str, port: int, problem: OSError) -> InputError:
+    if isinstance(problem, socket.gaierror) or problem.errno == errno.EADDRNOTAVAIL:
+        return InputError("host", found=host, wanted="a name or an address of this machine",
+                          hint=f"{LOOPBACK}, or 0.0.0.0 for all its addresses")  # fmt: skip
+    if problem.errno == errno.EADDRINUSE:
+        return InputError("port", found=f"{port}, which is taken", wanted="a port that is free", hint="port 0")
+    return InputError("port", found=f"{host}:{port} ({problem.strerror})", wanted="a port that may be listened on",
+                      hint="port 0")  # fmt: skip
 
 
 def warm_up() -> None:
