@@ -10,12 +10,13 @@ import pytest
 
 import subgoal
 from subgoal.demonstrations.records import Recording
-from subgoal.runtime.errors import InputError, SubgoalError
+from subgoal.runtime.errors import InputError
 from subgoal.teach import files
 from subgoal.teach.drawing import Drawing, Sheet
 from subgoal.teach.files import planar, read_dropped, save_project
 from subgoal.teach.learning import SETTLED, Answer, Tuning, demonstrations_of, learn
 from subgoal.teach.limits import Limits
+from subgoal.teach.messages import RefusedError
 from tests.teach.made import Page, served, square
 
 pytestmark = pytest.mark.filterwarnings("ignore::subgoal.posterior.sample.ConvergenceWarning")
@@ -72,8 +73,18 @@ def test_one_column_lies_on_no_plane() -> None:
     ("a.csv", b"a,b\n1,2\n"), ("..", b"x,y\n1,2\n"), ("/etc/passwd", b"x"), ("...csv", OWN[:20]),
 ])  # fmt: skip
 def test_what_is_no_recording_is_refused_with_a_sentence(name: str, content: bytes) -> None:
-    with pytest.raises(SubgoalError):
+    with pytest.raises(RefusedError) as told:
         read_dropped(name, content, Limits())
+    assert name in told.value.text
+    assert not any(word in told.value.text for word in ("/tmp", "subgoal-teach", "Try", "="))
+
+
+def test_what_was_opened_is_told(tmp_path: Path) -> None:
+    with served(tmp_path) as server, server.opened() as page:
+        drop(page, "legs.csv", LEGS.encode())
+        assert page.hear("opened", "error") == {
+            "type": "opened", "name": "legs.csv", "points": 41, "columns": ["x", "y"], "unit": "",
+        }  # fmt: skip
 
 
 def test_a_name_leads_nowhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,7 +95,7 @@ def test_a_name_leads_nowhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.parametrize("limits", [Limits(points=3), Limits(strokes=1)])
 def test_a_file_is_no_larger_than_a_drawing(limits: Limits) -> None:
-    with pytest.raises(InputError, match="at most"):
+    with pytest.raises(RefusedError, match="at most"):
         read_dropped("recording.csv", OWN, limits)
 
 

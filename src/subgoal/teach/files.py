@@ -24,6 +24,7 @@ from subgoal.runtime.errors import InputError
 from subgoal.teach.drawing import NAMES, Sheet, stroke_name
 from subgoal.teach.flying import waypoint_text
 from subgoal.teach.limits import Limits
+from subgoal.teach.messages import RefusedError
 
 HEADS = ("time", *NAMES, "stroke")
 """Columns of recording.csv; they are found again in a file that is dropped."""
@@ -33,19 +34,29 @@ NAMED = re.compile(r"[^A-Za-z0-9._-]+")
 def read_dropped(name: str, content: bytes, limits: Limits) -> Recording:
     """The recording in a file of that name, on the vertical plane.
 
-    Raises ``SubgoalError`` where it cannot be read or is too long.
+    Raises ``RefusedError``, in words of the page, where it cannot be read or is too long.
     """
     with tempfile.TemporaryDirectory(prefix="subgoal-teach-") as folder:
         path = Path(folder) / (NAMED.sub("_", Path(name).name)[-100:].lstrip(".") or "recording")
         path.write_bytes(content)
-        recording = read_recording(path, **_own_columns(path))
-    recording = planar(replace(recording, source=Source(name[:100], recording.source.checksum)))
+        try:
+            recording = planar(read_recording(path, **_own_columns(path)))
+        except InputError as problem:
+            raise RefusedError("file", _told(problem, path, name[:100])) from None
+    recording = replace(recording, source=Source(name[:100], recording.source.checksum))
     for what, found, most in (
         ("samples", len(recording.times), limits.points), ("trajectories", recording.n_trajectories, limits.strokes),
     ):  # fmt: skip
         if found > most:
-            raise InputError(name, found=f"{found:,} {what}", wanted=f"at most {most:,}", hint="subgoal learn")
+            raise RefusedError("file", f"{name[:100]}: found {found:,} {what}, wanted at most {most:,}.")
     return recording
+
+
+def _told(problem: InputError, path: Path, name: str) -> str:
+    """What is wrong with a file, without the folder it was put in and without advice for Python."""
+    place = f" at {problem.where}" if problem.where else ""
+    text = f"{name}{place}: found {problem.found}, wanted {problem.wanted}."
+    return text.replace(", or to be told.", ".").replace(str(path), name).replace(str(path.parent), "")
 
 
 def _own_columns(path: Path) -> dict[str, Any]:

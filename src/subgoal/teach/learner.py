@@ -168,7 +168,8 @@ class Learner:
                 raise RefusedError("cannot", f"There is nothing to {what} yet: draw a path first.")
             await act(sheet, answer.found, answer.posterior)
         except (SubgoalError, OSError, RefusedError) as problem:
-            self._send({"type": "error", "code": "cannot", "text": str(problem)})
+            text = f"Could not {what}: {problem.strerror}." if isinstance(problem, OSError) else str(problem)
+            self._send({"type": "error", "code": "cannot", "text": text})
 
     async def _read(self, name: str, content: bytes) -> None:
         before = self._drawing.revision
@@ -180,7 +181,10 @@ class Learner:
             self._send({"type": "error", "code": "file", "text": str(problem)})
             return
         self._drawing.replace(recording)
-        self._send(shown(self._drawing.sheet()))
+        sheet = self._drawing.sheet()
+        self._send(shown(sheet))
+        self._send({"type": "opened", "name": sheet.source, "points": sheet.n_points, "columns": list(sheet.names),
+                    "unit": sheet.units})  # fmt: skip
         self.look(self._number)
 
     async def _save(self, sheet: Sheet, found: Subgoals, posterior: Posterior) -> None:
