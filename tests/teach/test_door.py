@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -112,6 +113,21 @@ def test_which_names_a_server_has(name: str, known: str, unknown: str, tmp_path:
     with served(tmp_path, name=name) as server:
         for host, status in ((known, 200), (unknown, 403)):
             assert server.get(f"/{TOKEN}/", host=host.replace("PORT", str(server.port))).status_code == status
+
+
+def test_each_kind_of_refusal_is_logged_once_without_what_was_asked(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.WARNING, "subgoal.teach"), served(tmp_path) as server:
+        for k in range(3):
+            server.get(f"/guess{k}/")
+            server.get(f"/{TOKEN}/", origin="http://evil.example")
+            server.get(f"/{TOKEN}/", host="evil.example")
+    told = [record.getMessage() for record in caplog.records if record.name == "subgoal.teach"]
+    assert sorted(text.split(" with ")[1].split(" than")[0] for text in told) == [
+        "another Host", "another Origin", "another token",
+    ]  # fmt: skip
+    assert not any(word in text for text in told for word in ("guess", "evil", TOKEN))
 
 
 @pytest.mark.parametrize("part", ["", "main.js", "nothing"])

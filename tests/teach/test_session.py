@@ -230,6 +230,20 @@ def test_too_many_pages_are_refused_until_one_goes(tmp_path: Path) -> None:
             assert third.hello(None, "page-0003")["last"] == 0
 
 
+def test_a_page_on_which_nothing_was_drawn_makes_room_first(tmp_path: Path) -> None:
+    with served(tmp_path, Limits(sessions=2)) as server:
+        with server.connected() as drawn:
+            session = drawn.hello()["session"]
+            drawn.do("begin")
+            drawn.done()
+        with server.opened("page-0002"):
+            pass
+        with server.connected() as third:
+            third.hello(None, "page-0003")
+            with server.connected() as again:
+                assert again.hello(session)["last"] == 1
+
+
 def test_a_square_has_its_four_corners(tmp_path: Path) -> None:
     with served(tmp_path) as server, server.opened() as page:
         page.draw(square())

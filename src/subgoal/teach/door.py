@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import logging
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -23,6 +24,8 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
 }
 
+LOG = logging.getLogger("subgoal.teach")
+
 
 class Door:
     """Lets in what carries the token in its path, names this very server as its Host, and comes from no other origin.
@@ -33,6 +36,7 @@ class Door:
 
     def __init__(self, app: ASGIApp, *, token: str, host: str, port: int) -> None:
         self._app, self._token, self._host, self._port = app, token, host, port
+        self._logged: set[str] = set()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on or refuse."""
@@ -40,7 +44,10 @@ class Door:
             await self._app(scope, receive, send)
             return
         headers = Headers(scope=scope)
-        status = self._refusal(scope, headers)
+        status, why = self._refusal(scope, headers)
+        if why and why not in self._logged:
+            self._logged.add(why)
+            LOG.warning("refused a request with %s; others like it are not logged", why)
         if status == 0:
             await self._app(scope, receive, _with_headers(send, headers["host"]))
         elif scope["type"] == "websocket":
@@ -48,21 +55,23 @@ class Door:
         else:
             await PlainTextResponse("Not here.", status)(scope, receive, _with_headers(send, "none"))
 
-    def _refusal(self, scope: Scope, headers: Headers) -> int:
-        """0, or the status of the refusal."""
+    def _refusal(self, scope: Scope, headers: Headers) -> tuple[int, str]:
+        """0, or the status of the refusal, and why."""
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
         if len(hosts) != 1 or not self._knows(hosts[0]):
-            return 403
+            return 403, "another Host than this server's"
         if scope["type"] == "websocket" and len(origins) != 1:
-            return 403
+            return 403, "no Origin"
         if any(origin != f"http://{hosts[0]}" for origin in origins):
-            return 403
+            return 403, "another Origin than this server's"
         if headers.get("sec-fetch-site", "none") not in ("none", "same-origin") and (
             headers.get("sec-fetch-mode") != "navigate"
         ):
-            return 403
+            return 403, "a page of another site behind it"
         token = scope["path"].split("/")[1] if scope["path"].startswith("/") else ""
-        return 0 if hmac.compare_digest(token.encode("utf-8", "replace"), self._token.encode()) else 404
+        if hmac.compare_digest(token.encode("utf-8", "replace"), self._token.encode()):
+            return 0, ""
+        return 404, "another token than this server's"
 
     def _knows(self, host: str) -> bool:
         try:

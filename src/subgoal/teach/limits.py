@@ -28,7 +28,8 @@ class Limits:
     seconds:
         Latest time of a drawn point, since its session began.
     sessions:
-        Kept at once. Beyond that the one that was left longest ago makes room; if none was left, a new one is refused.
+        Kept at once. Beyond that the one that was left longest ago makes room, first of those in which nothing was
+        done; if none was left, a new one is refused.
     flight_seconds:
         Longest flight that is simulated.
     take_over_seconds:

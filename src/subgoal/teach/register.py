@@ -48,7 +48,7 @@ class Register:
             away = [each for each in self._sessions.values() if not each.present]
             if not away:
                 raise RefusedError("full", f"{self._limits.sessions} pages are open already. Close one.")
-            oldest = min(away, key=lambda each: each.left)
+            oldest = min(away, key=lambda each: (each.used, each.left))
             oldest.close()
             del self._sessions[oldest.name]
         session = Session(secrets.token_urlsafe(16), self._limits, self._workshop, self._out)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import importlib.util
+import logging
 import secrets
 import socket
 import tempfile
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 NEEDED = ("starlette", "uvicorn", "websockets")
 LOOPBACK = "127.0.0.1"
 TOKEN_BYTES = 24
+CONNECTIONS = 8
+"""At once, for each session that there may be; a request beyond them is answered with 503."""
 SPARE = 4096
 """Bytes of a message beside the file in it."""
 
@@ -59,6 +62,7 @@ def serve(
     import uvicorn
 
     from subgoal.teach.app import make_app
+    from subgoal.teach.line import Once
 
     writable(Path(out))
     listening = bound(host, port)
@@ -68,7 +72,9 @@ def serve(
     warnings.simplefilter("ignore", ConvergenceWarning)
     warm_up()
     _tell(f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}/", Path(out), open)
-    uvicorn.Server(settings(app, limits)).run(sockets=[listening])
+    server = uvicorn.Server(settings(app, limits))
+    logging.getLogger("uvicorn.error").addFilter(Once())
+    server.run(sockets=[listening])
 
 
 def _tell(address: str, out: Path, open: bool) -> None:
@@ -83,9 +89,12 @@ def settings(app: Starlette, limits: Limits) -> uvicorn.Config:
     """Of the server: it writes no address to any log, and takes no message larger than a file."""
     import uvicorn
 
+    from subgoal.teach.line import PatientProtocol
+
     return uvicorn.Config(
-        app, log_level="warning", access_log=False, server_header=False, ws="websockets-sansio",
-        ws_max_size=limits.file_bytes + SPARE, ws_per_message_deflate=False, timeout_graceful_shutdown=1,
+        app, http=PatientProtocol, limit_concurrency=CONNECTIONS * limits.sessions, log_level="warning",
+        access_log=False, server_header=False, ws="websockets-sansio", ws_max_size=limits.file_bytes + SPARE,
+        ws_per_message_deflate=False, timeout_graceful_shutdown=1,
     )  # fmt: skip
 
 

@@ -57,6 +57,11 @@ class Session:
         """Whether a page is connected."""
         return self._outbox is not None
 
+    @property
+    def used(self) -> bool:
+        """Whether anything was ever done in it."""
+        return self._last > 0
+
     def attach(self, page: str, outbox: Outbox) -> None:
         """A page has come (back): it is told everything; one that was here before is told that it is closed."""
         if self._outbox is not None:
