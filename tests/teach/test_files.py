@@ -13,7 +13,7 @@ from subgoal.demonstrations.records import Recording
 from subgoal.runtime.errors import InputError
 from subgoal.teach import files
 from subgoal.teach.drawing import Drawing, Sheet
-from subgoal.teach.files import planar, read_dropped, save_project
+from subgoal.teach.files import _told, planar, read_dropped, save_project
 from subgoal.teach.learning import SETTLED, Answer, Tuning, demonstrations_of, learn
 from subgoal.teach.limits import Limits
 from subgoal.teach.messages import RefusedError
@@ -85,6 +85,12 @@ def test_what_was_opened_is_told(tmp_path: Path) -> None:
         assert page.hear("opened", "error") == {
             "type": "opened", "name": "legs.csv", "points": 41, "columns": ["x", "y"], "unit": "",
         }  # fmt: skip
+
+
+def test_a_path_within_a_sentence_becomes_the_name() -> None:
+    path = Path("/somewhere/aside/a_.csv")
+    problem = InputError(str(path), found=f"a torn {path}", wanted="a whole one", hint="repair=True")
+    assert _told(problem, path, "a*.csv") == "a*.csv: found a torn a*.csv, wanted a whole one."
 
 
 def test_a_name_leads_nowhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -56,7 +56,7 @@ def _told(problem: InputError, path: Path, name: str) -> str:
     """What is wrong with a file, without the folder it was put in and without advice for Python."""
     place = f" at {problem.where}" if problem.where else ""
     text = f"{name}{place}: found {problem.found}, wanted {problem.wanted}."
-    return text.replace(", or to be told.", ".").replace(str(path), name).replace(str(path.parent), "")
+    return text.replace(", or to be told.", ".").replace(str(path), name)
 
 
 def _own_columns(path: Path) -> dict[str, Any]:
