@@ -62,7 +62,7 @@ TEACH_BUGS = [
         "teach/test_workshop.py::test_threads_do_not_hold_up_the_end_of_the_process"),
     Bug("half a request is waited for without end", "teach/line.py", "if waiting and", "if False and",
         "teach/test_line.py::test_half_a_request_is_left"),
-    Bug("errors of files tell the server's folders", "teach/files.py", "return text.replace", "return str(problem).replace",
+    Bug("errors of files tell the server's folders", "teach/files.py", "return text.", "return str(problem).",
         IN_FILES + "what_is_no_recording_is_refused_with_a_sentence"),
     Bug("an unused session outlives one that was drawn in", "teach/register.py", "(each.used, each.left)", "each.left",
         IN_SESSION + "a_page_on_which_nothing_was_drawn_makes_room_first"),
