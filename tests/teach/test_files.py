@@ -159,3 +159,13 @@ def test_a_project_that_cannot_be_written_leaves_nothing(tmp_path: Path, monkeyp
     with pytest.raises(OSError, match="no space"):
         save(tmp_path)
     assert not any(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_in_any_more_is_told_without_its_place(tmp_path: Path) -> None:
+    (tmp_path / "gone").write_text("here")
+    with served(tmp_path / "gone") as server, server.opened() as page:
+        page.draw(square())
+        page.do("save")
+        text = page.hear("error", "saved")["text"]
+    assert text.startswith("Could not save: ")
+    assert str(tmp_path) not in text
