@@ -44,6 +44,25 @@ def test_no_point_is_lost_when_the_connection_breaks_while_one_draws(page: Any) 
     assert len(kept) > 80
 
 
+def test_what_is_drawn_before_and_while_it_connects_is_kept(chromium: Any, server: Server) -> None:
+    context = chromium.new_context(viewport=DESK)
+    page = context.new_page()
+    page.add_init_script("""{
+        const send = WebSocket.prototype.send;
+        WebSocket.prototype.send = function (text) { setTimeout(() => send.call(this, text), 900); };
+    }""")
+    page.goto(f"{server.address}/{TOKEN}/")
+    draw(page, path(60)[:20], seconds=0.3)
+    draw(page)
+    converged(page)
+    with (save(page) / "recording.csv").open() as stream:
+        kept = [[float(row[name]) for name in ("time", "y", "z")] for row in csv.DictReader(stream)]
+    assert kept == inside(page, "plane.strokes.flat()")
+    assert len(inside(page, STROKES)) == 2
+    assert not page.is_visible("#message.bad")
+    context.close()
+
+
 def test_what_came_too_fast_for_the_server_is_sent_again(chromium: Any, tmp_path: Path) -> None:
     limits = Limits(points_per_second=80.0, points_at_once=30)
     with served(tmp_path, limits) as slow, opened(chromium, slow, viewport=DESK) as page:

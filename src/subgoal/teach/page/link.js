@@ -4,6 +4,7 @@ const PAUSES = [200, 500, 1000, 2000, 4000]; // milliseconds before each try to 
 const LITTLE = 60; // milliseconds
 const TOGETHER = 500; // points in one message
 const WINDOW = 200; // operations on their way
+const GONE = "The server was started anew: open the address that it printed.";
 
 export class Link {
   // on: {welcome, answer, ...} by type of message, and state("here" | "gone" | "refused", text).
@@ -32,8 +33,18 @@ export class Link {
       this.welcomed = false;
       if (this.refused) return;
       this.on.state("gone", "reconnecting; keep drawing");
-      setTimeout(() => this.connect(), PAUSES[Math.min(this.tries++, PAUSES.length - 1)]);
+      setTimeout(() => this.again(), PAUSES[Math.min(this.tries++, PAUSES.length - 1)]);
     };
+  }
+
+  // A server that answers but does not know this address has another secret: it was started anew.
+  async again() {
+    const answer = await fetch(new URL(".", location.href), { method: "GET", cache: "no-store" }).catch(() => null);
+    if (answer?.status === 404) {
+      this.refused = true;
+      this.on.state("refused", "not connected");
+      this.on.error({ code: "anew", text: GONE });
+    } else this.connect();
   }
 
   hear(message) {
@@ -45,20 +56,24 @@ export class Link {
     else this.on[message.type]?.(message);
   }
 
+  // What was drawn before the first welcome waits too; a stroke that the page before this one left open is ended first.
   resume(message) {
-    const before = this.session;
-    const other = before !== message.session;
+    this.flush();
+    const other = this.session !== null && this.session !== message.session;
     this.session = message.session;
     sessionStorage.setItem("session", this.session);
     this.tries = 0;
     this.waiting = other ? [] : this.waiting.filter((each) => each.number > message.last);
     if (this.waiting.length && this.waiting[0].number !== message.last + 1) this.waiting = [];
+    const first = this.waiting.find((each) => each.type !== "tune");
+    if (message.drawing.drawn && first?.type === "begin") this.waiting.unshift({ type: "lift" });
+    for (const [k, each] of this.waiting.entries()) each.number = message.last + 1 + k;
     this.next = message.last + this.waiting.length + 1;
     this.sent = message.last;
     this.welcomed = true;
     this.paused = false;
+    this.on.welcome(message, this.waiting, other);
     this.on.state("here", "connected");
-    this.on.welcome(message, this.waiting, other && before !== null);
     this.pump();
   }
 

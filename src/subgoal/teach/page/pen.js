@@ -8,6 +8,7 @@ export class Pen {
   constructor(canvas, plane, clock, on) {
     Object.assign(this, { canvas, plane, clock, on });
     this.down = false;
+    this.heard = false;
     this.last = -Infinity;
     this.held = new Set();
     this.cursor = null;
@@ -21,7 +22,8 @@ export class Pen {
   }
 
   press(event) {
-    if (event.button !== 0 || this.down) return;
+    this.heard = true;
+    if (event.button > 0 || this.down) return;
     event.preventDefault();
     this.canvas.focus({ preventScroll: true });
     this.canvas.setPointerCapture(event.pointerId);
@@ -31,7 +33,9 @@ export class Pen {
     this.put(event.timeStamp, this.place(event));
   }
 
+  // A pointer that was pressed before the page could hear it draws from its first move on.
   move(event) {
+    if (!this.heard && event.buttons === 1) this.press(event);
     if (!this.down || event.pointerId !== this.pointer) return;
     const events = event.getCoalescedEvents?.() ?? [];
     for (const each of events.length ? events : [event]) this.put(each.timeStamp, this.place(each));
