@@ -56,8 +56,8 @@ def serving() -> Iterator[str]:
         command = [sys.executable, "-m", "subgoal.cli.main", "teach", "--no-open", "--out", folder]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             try:
-                line = process.stdout.readline() if process.stdout else ""
-                yield line.split("http://")[1].strip()
+                told = next((line for line in process.stdout or () if "http://" in line), "http://")
+                yield told.split("http://")[1].strip()
             finally:
                 process.send_signal(signal.SIGINT)
 
