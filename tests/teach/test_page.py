@@ -24,7 +24,10 @@ def test_a_drawn_square_has_four_subgoals_on_screen_and_in_the_saved_file_and_is
     assert page.text_content("#headline") == "4 subgoals"
     assert len(page.query_selector_all("#goals li .disc")) == 4
     assert corners_missed(counted(page)) < 0.12
-    assert "4 subgoals" in page.text_content("#news")
+    sure = page.text_content("#certainty")
+    page.wait_for_function(
+        "(text) => document.querySelector('#news').textContent.includes(text)", arg=f"4 subgoals, {sure}"
+    )
     folder = save(page)
     kept = [goal for goal in json.loads((folder / "summary.json").read_text())["subgoals"] if goal["counted"]]
     assert len(kept) == 4
@@ -32,12 +35,19 @@ def test_a_drawn_square_has_four_subgoals_on_screen_and_in_the_saved_file_and_is
     pytest.importorskip("rotorpy", reason="the flight extra is not installed")
     page.click("#fly")
     page.wait_for_selector("#flown:not([hidden])", timeout=30_000)
-    assert "from your path" in page.text_content("#message")
+    numbers = page.text_content("#message").removeprefix("Flying ").split(" → ")
+    assert sorted(numbers) == ["1", "2", "3", "4"]
+    goals = [inside(page, f"plane.discs.find((each) => each.slot === {int(each) - 1}).goal") for each in numbers]
+    assert [round(goal["y"]) for goal in goals] == [1, 1, -1, -1]
+    assert goals[0]["z"] < goals[1]["z"]
     photograph(page)
     before = inside(page, "plane.flight.progress")
     page.wait_for_timeout(300)
     assert before < inside(page, "plane.flight.progress") <= 1
     assert max(map(abs, inside(page, "plane.flight.tilt"))) > 0.05
+    inside(page, "(plane.flight.begun -= 60000)")
+    page.wait_for_selector("#message:has-text('from your path')")
+    assert page.text_content("#flown").endswith(" s · " + " → ".join(numbers))
 
 
 def test_subgoals_appear_while_the_pen_is_down(page: Any) -> None:
@@ -66,7 +76,11 @@ def test_undo_and_clear_leave_what_was_before(page: Any) -> None:
     draw(page, path(60)[30:45], seconds=0.3)
     page.keyboard.press("Control+z")
     assert len(inside(page, STROKES)) == 1
-    page.click("#clear")
+    assert page.text_content("#news") == "The last stroke is taken away."
+    page.focus("#clear")
+    page.keyboard.press("Enter")
+    assert page.text_content("#news") == "The sheet is empty."
+    assert page.evaluate("document.activeElement.id") == "plane"
     assert inside(page, STROKES) == []
     assert page.text_content("#headline") == "No subgoals yet"
     assert page.is_disabled("#fly")
@@ -79,6 +93,7 @@ def test_a_recording_is_opened_and_waypoints_come_out(page: Any, tmp_path: Path)
     page.set_input_files("#file", legs)
     converged(page)
     assert page.text_content("#headline") == "2 subgoals"
+    assert page.text_content("#message") == "legs.csv: 41 points, columns y and z, in m"
     with page.expect_download() as begun:
         page.click("#csv")
     lines = Path(begun.value.path()).read_text().splitlines()
@@ -92,6 +107,19 @@ def test_what_is_no_recording_is_refused_with_a_sentence(page: Any, tmp_path: Pa
     page.set_input_files("#file", wrong)
     page.wait_for_selector("#message.bad")
     assert "wanted" in page.text_content("#message")
+
+
+def test_the_headline_has_the_bar_that_stands_out_and_words_where_another_is_likelier(page: Any) -> None:
+    page.evaluate("""import("./panel.js").then(({ showAnswer }) => showAnswer({
+        stage: "full", converged: true, status: "converged", n: 3, counts: { 3: 0.34, 4: 0.38, 5: 0.28 },
+        subgoals: [1, 2, 3].map((y) => ({ y, z: 1, share: 0.3, radius: 55, inclusion: 1, counted: true })),
+    }, "", [0, 1, 2]))""")
+    assert page.text_content("#headline") == "3 subgoals"
+    assert page.text_content(".bar.most b") == "3"
+    assert page.text_content("#certainty").startswith(
+        "34 % sure; 3 reach 5 % of the path on average, though 4 is likelier"
+    )
+    assert page.text_content("#goals .faint") == "± 55 units"
 
 
 def test_the_pen_stays_on_the_plane(page: Any) -> None:

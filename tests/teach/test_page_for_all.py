@@ -45,13 +45,58 @@ def test_p_puts_the_pen_down_and_lifts_it(page: Any) -> None:
     assert inside(page, STROKES) == [1]
 
 
+def test_each_tap_of_an_arrow_key_moves_the_pen_and_the_pen_is_told_of(page: Any) -> None:
+    page.focus("#plane")
+    page.keyboard.press("p")
+    assert page.text_content("#news") == "The pen is down."
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    page.keyboard.press("p")
+    assert page.text_content("#news") == "The pen is up."
+    across = [y for _, y, _ in inside(page, "plane.strokes[0]")]
+    assert across[-1] - across[0] >= 5 * 0.06 - 1e-6
+    seen = inside(page, "(plane.cursor = () => { plane.crossed = true }, plane.draw(0), plane.crossed)")
+    page.keyboard.press("Tab")
+    assert seen
+    assert not inside(page, "(plane.crossed = false, plane.draw(0), plane.crossed)")
+
+
+@pytest.mark.parametrize("size", [(667, 375), (650, 450), (375, 667)])
+def test_small_windows_hold_plane_and_buttons_whole(chromium: Any, server: Server, size: tuple[int, int]) -> None:
+    with opened(chromium, server, viewport={"width": size[0], "height": size[1]}) as page:
+        plane = page.locator("#plane").bounding_box()
+        assert plane["width"] / plane["height"] == pytest.approx(4 / 3, abs=0.02)
+        for each in page.query_selector_all(".tools button, #plane"):
+            box = each.bounding_box()
+            assert box["y"] + box["height"] <= size[1]
+        found = page.locator(".found").bounding_box()
+        assert (found["x"] > plane["x"] + plane["width"]) == (size[0] > size[1])
+        assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+        for each in page.query_selector_all("button:not([hidden]), input:not([hidden]), summary"):
+            assert min(each.bounding_box()["height"], each.bounding_box()["width"]) >= 44
+
+
+def test_bars_and_dots_keep_their_colours_where_colours_are_forced(chromium: Any, server: Server) -> None:
+    with opened(chromium, server, viewport=DESK, forced_colors="active") as page:
+        draw(page, path(60)[:40], seconds=1)
+        page.wait_for_selector("#goals .disc")
+        for each in (".bar.most i", "#goals .disc", ".dot"):
+            assert page.eval_on_selector(each, "(part) => getComputedStyle(part).forcedColorAdjust") == "none"
+        assert page.eval_on_selector(".found", "(part) => getComputedStyle(part).borderTopWidth") == "1px"
+
+
+def test_discs_at_the_edge_are_whole(page: Any) -> None:
+    assert inside(page, "plane.whole([0, 3], 20)") == [20, 20]
+    assert inside(page, "plane.whole([300, 200], 20)") == [300, 200]
+
+
 def test_it_fits_a_phone_and_is_drawn_on_by_finger(chromium: Any, server: Server) -> None:
     with opened(chromium, server, **PHONE) as page:
         touch(page, path())
         converged(page)
         assert page.text_content("#headline") == "4 subgoals"
         assert page.evaluate("document.documentElement.scrollWidth") <= 375
-        for box in [each.bounding_box() for each in page.query_selector_all("button")]:
+        for box in [each.bounding_box() for each in page.query_selector_all(".tools button")]:
             assert box["x"] >= 0
             assert box["x"] + box["width"] <= 375
             assert box["y"] + box["height"] <= 667
@@ -66,7 +111,7 @@ def test_with_reduced_motion_the_flight_is_shown_at_once(chromium: Any, server: 
         page.wait_for_selector("#fly:enabled")
         page.click("#fly")
         page.wait_for_selector("#flown:not([hidden])", timeout=30_000)
-        page.wait_for_selector("#flown:has-text('Flown')", timeout=5_000)
+        page.wait_for_selector("#message:has-text('Flown')", timeout=5_000)
         assert inside(page, "plane.flight.progress") == 1
 
 

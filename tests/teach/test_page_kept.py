@@ -100,6 +100,30 @@ def test_what_waits_to_be_sent_outlives_the_page(page: Any) -> None:
     assert inside(page, "link.waiting.length") == 0
 
 
+def test_a_server_that_was_started_anew_is_told_of_and_the_drawing_can_be_kept(chromium: Any, server: Server) -> None:
+    visit = opened(chromium, server, viewport=DESK)
+    with visit as page:
+        draw(page, seconds=0.8)
+        page.wait_for_selector("#fly:enabled")
+        points = inside(page, STROKES)[0]
+        assert not page.is_visible("#keep")
+        page.evaluate("""import("./main.js").then(({ link }) => {
+            history.replaceState(null, "", "/another/");
+            link.socket.close();
+        })""")
+        page.wait_for_selector("#message:has-text('started anew')", timeout=5_000)
+        assert page.text_content("#link-text") == "not connected"
+        for name in ("fly", "save", "csv", "json", "open"):
+            assert page.is_disabled(f"#{name}")
+        with page.expect_download() as begun:
+            page.click("#keep")
+        with Path(begun.value.path()).open() as stream:
+            kept = list(csv.DictReader(stream))
+        assert len(kept) == points
+        assert list(kept[0]) == ["time", "y", "z", "stroke"]
+        visit.complaints.clear()
+
+
 def test_two_tabs_are_two_sessions(chromium: Any, server: Server) -> None:
     with opened(chromium, server, viewport=DESK) as one:
         other = one.context.new_page()

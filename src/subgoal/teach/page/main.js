@@ -1,24 +1,27 @@
 // The page: what the hand draws goes to the server, what the server answers goes on the plane.
 
+import { tableOf } from "./keeping.js";
 import { Link } from "./link.js";
-import { message, showAnswer } from "./panel.js";
+import { message, say, showAnswer } from "./panel.js";
 import { Pen } from "./pen.js";
 import { Plane } from "./plane.js";
+import { orderOf } from "./quadrotor.js";
 
 const MOST_BYTES = 16 * 1024 ** 2;
 const find = (id) => document.getElementById(id);
 const plane = new Plane(find("plane"));
-const state = { since: 0, drawing: false };
+const state = { since: 0, here: false };
 
 // Seconds since the session began, by the clock of this browser.
 const origin = Number(sessionStorage.getItem("origin") ?? performance.timeOrigin);
 sessionStorage.setItem("origin", origin);
 const clock = (stamp) => (performance.timeOrigin - origin + stamp) / 1000;
 
-const link = new Link({ welcome, drawing, answer, flight, saved, file: exported, error, state: connection });
+const link = new Link({ welcome, drawing, answer, opened, flight, saved, file: exported, error, state: connection });
 const pen = new Pen(find("plane"), plane, clock, {
-  begin() {
+  begin(byKeys) {
     land();
+    if (byKeys) say("The pen is down.");
     plane.strokes.push([]);
     link.do("begin");
     refresh();
@@ -28,8 +31,9 @@ const pen = new Pen(find("plane"), plane, clock, {
     link.add(point);
     plane.again();
   },
-  lift() {
+  lift(byKeys) {
     link.do("lift");
+    if (byKeys) say("The pen is up.");
     refresh();
   },
   moved: () => plane.again(),
@@ -82,15 +86,29 @@ function answer(news) {
   refresh();
 }
 
+function opened(news) {
+  const columns = news.columns.length ? `, columns ${news.columns.join(" and ")}` : "";
+  const text = `${news.name}: ${news.points} points${columns}, ${news.unit ? `in ${news.unit}` : "unit unknown"}`;
+  message(text);
+  say(text);
+}
+
 function flight(news) {
+  const order = orderOf(news, plane);
+  const whole = order.map((each) => each.name).join(" → ");
+  let over = false;
   const told = (each) => {
     const done = each.progress >= 1;
-    find("flown").textContent = `${each.times[each.row + (done ? 1 : 0)].toFixed(1)} s${done ? ` · ${news.summary}` : ""}`;
+    const row = each.row + (done ? 1 : 0);
+    const passed = order.filter((goal) => goal.row <= row).map((goal) => goal.name).join(" → ");
+    find("flown").textContent = `${each.times[row].toFixed(1)} s${passed ? ` · ${passed}` : ""}`;
+    if (!done || over) return;
+    over = true;
+    message(`${news.summary} Order: ${whole}.`);
   };
   plane.flight = { ...news, told };
   find("flown").hidden = false;
-  message(news.summary);
-  find("news").textContent = news.summary;
+  message(`Flying ${whole}`);
   plane.again();
 }
 
@@ -120,15 +138,27 @@ function error(news) {
 function connection(kind, text) {
   find("link").className = `link ${kind === "here" ? "here" : "gone"}`;
   find("link-text").textContent = text;
+  state.here = kind === "here";
+  state.refused = kind === "refused";
+  refresh();
 }
 
 function refresh() {
   const drawn = plane.strokes.some((each) => each.length);
   find("invitation").classList.toggle("off", plane.strokes.length > 0);
   const found = drawn && !pen.down && Boolean(plane.answer?.subgoals.length);
-  for (const id of ["fly", "save", "csv", "json"]) find(id).disabled = !found;
-  for (const id of ["undo", "clear"]) find(id).disabled = pen.down || !plane.strokes.length;
+  for (const id of ["fly", "save", "csv", "json"]) allow(id, found && state.here);
+  for (const id of ["undo", "clear"]) allow(id, !pen.down && plane.strokes.length > 0);
+  allow("open", state.here);
+  find("keep").hidden = !(state.refused && drawn);
   plane.again();
+}
+
+// A button that can be pressed or not; the focus does not stay on one that cannot.
+function allow(id, can) {
+  const button = find(id);
+  if (!can && document.activeElement === button) plane.canvas.focus({ preventScroll: true });
+  button.disabled = !can;
 }
 
 function edit(type) {
@@ -138,12 +168,13 @@ function edit(type) {
   if (!plane.strokes.length) {
     plane.show(null);
     showAnswer(null);
-  }
+    say("The sheet is empty.");
+  } else say("The last stroke is taken away.");
   refresh();
 }
 
 function open(file) {
-  if (!file) return;
+  if (!file || !state.here) return;
   if (file.size > MOST_BYTES) return message("This file is too large: at most 16 MiB.", true);
   land();
   message(`Reading ${file.name} …`);
@@ -187,6 +218,7 @@ find("save").addEventListener("click", () => {
   link.do("save");
 });
 for (const id of ["csv", "json"]) find(id).addEventListener("click", () => link.do("export", { format: id }));
+find("keep").addEventListener("click", () => exported({ name: "recording.csv", text: tableOf(plane) }));
 for (const id of ["undo", "clear"]) find(id).addEventListener("click", () => edit(id));
 find("open").addEventListener("click", () => find("file").click());
 find("file").addEventListener("change", (event) => {

@@ -1,7 +1,8 @@
 // The hand: pointer and keys turned into strokes of points (t, y, z).
 
 const SPEED = 0.9; // of the pen moved by keys, in canvas heights per three seconds
-const STEP = 1e-4;
+const TAP = 0.02; // of the canvas height, for each press of an arrow key
+const STEP = 1e-4; // seconds between two points, at least
 
 export class Pen {
   // plane: gives places; clock(stamp): seconds; on: {begin, point, lift, moved}.
@@ -52,9 +53,9 @@ export class Pen {
     return this.plane.inside(this.plane.place(event.clientX - box.left, event.clientY - box.top));
   }
 
-  begin() {
+  begin(byKeys = false) {
     this.down = true;
-    this.on.begin();
+    this.on.begin(byKeys);
   }
 
   put(stamp, [y, z]) {
@@ -64,9 +65,9 @@ export class Pen {
     this.on.point([Math.round(time * 1e6) / 1e6, Math.round(y * 1e6) / 1e6, Math.round(z * 1e6) / 1e6]);
   }
 
-  end() {
+  end(byKeys = false) {
     this.down = false;
-    this.on.lift();
+    this.on.lift(byKeys);
   }
 
   key(event, pressed) {
@@ -75,25 +76,37 @@ export class Pen {
     if (name.startsWith("Arrow")) {
       event.preventDefault();
       pressed ? this.held.add(name) : this.held.delete(name);
+      if (pressed && !event.repeat) this.step(name, event.timeStamp);
       if (pressed && !this.running) this.run(event.timeStamp);
     } else if (name === " ") {
       event.preventDefault();
       if (pressed && !event.repeat && !this.down) this.penDown(event.timeStamp);
-      else if (!pressed && this.down && this.pointer == null) this.end();
+      else if (!pressed && this.down && this.pointer == null) this.end(true);
     } else if (pressed && !event.repeat && name.toLowerCase() === "p" && this.pointer == null) {
-      this.down ? this.end() : this.penDown(event.timeStamp);
+      this.down ? this.end(true) : this.penDown(event.timeStamp);
     } else if (pressed && name === "Escape") this.let();
   }
 
   let() {
     this.held.clear();
-    if (this.down && this.pointer == null) this.end();
+    if (this.down && this.pointer == null) this.end(true);
+    this.on.moved();
   }
 
   penDown(stamp) {
     this.cursor ??= this.plane.middle();
-    this.begin();
+    this.begin(true);
     this.put(stamp, this.cursor);
+  }
+
+  step(name, stamp) {
+    const [y, z] = (this.cursor ??= this.plane.middle());
+    const far = TAP * this.plane.height;
+    const across = (name === "ArrowRight") - (name === "ArrowLeft");
+    const up = (name === "ArrowUp") - (name === "ArrowDown");
+    this.cursor = this.plane.inside([y + across * far, z + up * far]);
+    if (this.down && this.pointer == null) this.put(stamp, this.cursor);
+    this.on.moved();
   }
 
   // Moves the cursor while arrow keys are held.

@@ -97,7 +97,7 @@ export class Plane {
     if (this.settle()) this.again();
     for (const disc of [...this.discs].reverse()) this.disc(c, disc);
     if (this.flight && drawFlight(c, this, this.flight, now)) this.again();
-    if (this.pen?.cursor) this.cursor(c);
+    if (this.pen?.cursor && document.activeElement === this.canvas) this.cursor(c);
   }
 
   grid(c) {
@@ -206,8 +206,8 @@ export class Plane {
   }
 
   disc(c, { y, z, size, slot, goal }) {
-    const [x, down] = this.at([y, z]);
     const r = size * (goal.counted ? 11 + 16 * Math.sqrt(Math.min(1, goal.share)) : 4);
+    const [x, down] = this.whole(this.at([y, z]), r + 6);
     c.fillStyle = c.strokeStyle = goal.counted ? colourOf(slot) : this.ink.faint;
     c.globalAlpha = goal.counted ? 0.16 : 0.1;
     this.circle(c, x, down, size * Math.max(r + 5, goal.radius * this.scale));
@@ -226,6 +226,11 @@ export class Plane {
     c.stroke();
     c.fillStyle = inkOf(slot);
     if (r > 6) this.number(c, x, down, slot + 1, Math.min(17, r));
+  }
+
+  // The nearest place at which a circle of radius r is not cut off by the edge.
+  whole([x, y], r) {
+    return [Math.min(this.width - r, Math.max(r, x)), Math.min(this.tall - r, Math.max(r, y))];
   }
 
   circle(c, x, y, r) {

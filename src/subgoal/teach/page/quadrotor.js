@@ -2,6 +2,7 @@
 
 const ARM = 0.17; // metres from hub to rotor, drawn
 const LEAST_ARM = 20; // pixels
+const ABOUT = 0.01; // of the height of the plane
 
 // Draws the flight as it is at ``now`` (milliseconds); true while it goes on.
 export function drawFlight(c, plane, flight, now) {
@@ -18,6 +19,17 @@ export function drawFlight(c, plane, flight, now) {
   rotorcraft(c, plane, flight, i, span > 0 ? Math.min(1, (time - flight.times[i]) / span) : 0, 1);
   flight.told?.(flight);
   return time < last;
+}
+
+// The counted subgoals in the order in which a flight comes to them: for each, the last row about as near as any.
+export function orderOf(flight, plane) {
+  const order = plane.answer.subgoals.flatMap((goal, k) => {
+    if (!goal.counted) return [];
+    const far = flight.y.map((y, i) => Math.hypot(y - goal.y, flight.z[i] - goal.z));
+    const enough = Math.min(...far) + ABOUT * plane.height;
+    return [{ name: plane.slots[k] + 1, row: far.findLastIndex((each) => each <= enough) }];
+  });
+  return order.sort((a, b) => a.row - b.row);
 }
 
 function trail(c, plane, flight, until) {
