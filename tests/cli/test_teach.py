@@ -39,9 +39,11 @@ def test_it_serves_the_page_at_the_address_it_prints_and_ends_with_ctrl_c(tmp_pa
 
 def test_a_port_that_is_taken_is_told(subgoal, tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        answer = subgoal("teach", "--no-open", "--port", taken.getsockname()[1], "--out", tmp_path)
+        port = taken.getsockname()[1]
+        answer = subgoal("teach", "--no-open", "--port", port, "--out", tmp_path)
     assert answer.code == 2
-    assert "host and port" in answer.err
+    assert f"found {port}, which is taken" in answer.err
+    assert "Try: port 0" in answer.err
 
 
 @pytest.mark.parametrize("port", ["-1", "70000"])
