@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -113,6 +115,41 @@ def test_damaged_files_are_refused(tmp_path, name, text) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(ReadError, match=r"w\."):
         read_waypoints(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [("label,x,y\nq,0,0\n2,1,1\n", "line 2, column label: found 'q'"),
+     ("label,x,y\n1,0,0\n0,1,1\n", "line 3, column label: found '0'"),
+     ("x,y\n0,0\n\n1,oops\n", "line 4, column y: found 'oops'"), ("x,y\n0,inf\n1,1\n", "line 2, column y: found 'inf'"),
+     ("x,y\n0,0\n1", "line 3: found 1 cells, wanted 2"), ("x,y\n0,0,7\n1,1\n", "line 2: found 3 cells, wanted 2"),
+     ("x,x\n0,0\n1,1\n", "columns x, x, wanted names that differ"),
+     ("label,dwell\n1,0\n2,0\n", "no column of coordinates"),
+     ("x,y,dwell\n0,0,\n1,1,1\n", "line 2, column dwell: found ''"),
+     ('x,y\n0,"0\n1,1\n', "line 3: found unexpected end")],
+)  # fmt: skip
+def test_what_is_wrong_in_a_table_is_told_with_its_line(tmp_path, text, told) -> None:
+    (tmp_path / "w.csv").write_text(text)
+    with pytest.raises(ReadError, match=re.escape(told)):
+        read_waypoints(tmp_path / "w.csv")
+
+
+def test_a_table_of_a_spreadsheet_is_read(tmp_path) -> None:
+    (tmp_path / "w.csv").write_bytes(b"\xef\xbb\xbfy, z\r\n0, 1\r\n2, 1\r\n\r\n")
+    assert read_waypoints(tmp_path / "w.csv").dimensions == ("y", "z")
+
+
+def test_names_of_several_lines_come_back(tmp_path) -> None:
+    made = replace(CORNERS, names=(" door\nwest", "kiosk\u2028north"))
+    assert read_waypoints(write_waypoints(made, tmp_path / "w.csv")).names == made.names
+
+
+@pytest.mark.parametrize(("key", "value"), [("cyclic", "no"), ("units", 3)])
+def test_words_and_flags_in_a_file_are_checked(tmp_path, key, value) -> None:
+    path = write_waypoints(CORNERS, tmp_path / "w.json")
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+    with pytest.raises(InputError, match=f"{key}: found {value!r}"):
+        read_waypoints(path)
 
 
 def test_missing_files_are_told(tmp_path) -> None:

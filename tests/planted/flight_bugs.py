@@ -7,6 +7,7 @@ from tests.planted.bug import Bug
 VISITS, ROUTE, PLACES = "flight/visits.py", "flight/route.py", "flight/placement.py"
 SMOOTH, WAYS, LOOPS = "flight/smooth.py", "flight/ways.py", "flight/loops.py"
 VEHICLE, COMMANDS, FLY, TRACKING = "flight/vehicle.py", "flight/commands.py", "flight/fly.py", "flight/tracking.py"
+CHECKS, TABLES = "runtime/checks.py", "flight/tables.py"
 FILES, BAGS, WAYPOINTS, ORDER = "flight/files.py", "flight/bags.py", "flight/waypoints.py", "answers/order.py"
 OF_ORDER, OF_FILES = "flight/test_waypoints.py::test_", "flight/test_files.py::test_"
 OF_PATHS, OF_FLIGHTS = "flight/test_smooth.py::test_", "flight/test_fly.py::test_"
@@ -53,8 +54,19 @@ FLIGHT_BUGS = [
         OF_FLIGHTS + "what_is_told_says_what_to_try"),
     Bug("a flight can be rewritten", "flight/record.py", "object.__setattr__(self, each.name, frozen(value))", "pass",
         OF_FLIGHTS + "a_flight_is_not_changed"),
-    Bug("one dwell is taken for many", WAYPOINTS, "np.size(self.dwell) != count)", "False)",
+    Bug("one dwell is taken for many", WAYPOINTS, "if array.ndim and array.size != count:", "if array.size > count:",
         OF_ORDER + "what_is_no_waypoints_is_refused"),
+    Bug("half labels are cut", CHECKS, "near = (array == np.trunc(array))", "near = (array == array)",
+        OF_ORDER + "what_is_no_waypoints_is_refused"),
+    Bug("any word is yes", CHECKS, "if not isinstance(value, (bool, np.bool_)):", "if value is None:",
+        OF_ORDER + "what_is_no_waypoints_is_refused"),
+    Bug("a line cut short is taken for whole", TABLES, "if len(row) != len(columns):", "if len(row) > len(columns):",
+        OF_FILES + "what_is_wrong_in_a_table_is_told_with_its_line"),
+    Bug("lines are counted without blank ones", TABLES, "numbered = [(rows.line_num, row) for row in rows if",
+        "numbered = [(k, row) for k, row in enumerate(filter(any, rows), 1) if",
+        OF_FILES + "what_is_wrong_in_a_table_is_told_with_its_line"),
+    Bug("byte order marks are names", FILES, 'encoding="utf-8-sig"', 'encoding="utf-8"',
+        OF_FILES + "a_table_of_a_spreadsheet_is_read"),
     Bug("a path is told at no time", SMOOTH, 'clock = real_array("times", times, ndim=(0, 1))',
         "clock = np.atleast_1d(times)", OF_FLIGHTS + "a_path_is_asked_at_numbers"),
     Bug("arcs bend the other way", LOOPS, "chord = complex(end[across] - begin[across], end[up] - begin[up])",

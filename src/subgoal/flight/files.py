@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import json
 import secrets
 import shutil
@@ -15,14 +14,12 @@ from typing import Any
 import numpy as np
 
 from subgoal.flight.bags import write_bag
+from subgoal.flight.tables import read_table, write_table
 from subgoal.flight.waypoints import Waypoints
-from subgoal.runtime.checks import real_array
 from subgoal.runtime.errors import InputError, ReadError
 
 KIND, VERSION = "subgoal waypoints", 1
 BAGS = {".bag": "bag", ".mcap": "mcap", ".db3": "db3"}
-OWN = ("label", "name", "dwell")
-"""Columns of a table beside the coordinates."""
 
 
 def write_waypoints(
@@ -41,7 +38,7 @@ def write_waypoints(
     path = Path(path)
     if path.suffix == ".csv":
         with aside(path) as place, place.open("w", newline="", encoding="utf-8") as stream:
-            _write_table(waypoints, stream)
+            write_table(waypoints, stream)
     elif path.suffix == ".json":
         with aside(path) as place:
             text = json.dumps(_record(waypoints), indent=1, allow_nan=False)
@@ -63,10 +60,10 @@ def read_waypoints(path: str | Path, *, units: str = "m", period: tuple[float, .
     if path.suffix not in (".csv", ".json"):
         raise InputError("path", found=repr(path.name), wanted="a name that ends in .csv or .json")
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as problem:
         raise ReadError(str(path), found=str(problem), wanted="a file of waypoints") from None
-    return _from_table(path, text, units, period) if path.suffix == ".csv" else _from_record(path, text)
+    return read_table(path, text, units, period) if path.suffix == ".csv" else _from_record(path, text)
 
 
 @contextmanager
@@ -85,14 +82,6 @@ def aside(path: Path) -> Iterator[Path]:
         else:
             with contextlib.suppress(FileNotFoundError):
                 made.unlink()
-
-
-def _write_table(waypoints: Waypoints, stream: Any) -> None:
-    table = csv.writer(stream, lineterminator="\n")
-    table.writerow(["label", "name", *waypoints.dimensions, "dwell"])
-    rows = zip(waypoints.labels.tolist(), waypoints.names, waypoints.positions, waypoints.dwell.tolist(), strict=True)
-    for label, name, place, dwell in rows:
-        table.writerow([label, name, *map(repr, place.tolist()), repr(dwell)])
 
 
 def _record(waypoints: Waypoints) -> dict[str, Any]:
@@ -135,19 +124,3 @@ def _from_record(path: Path, text: str) -> Waypoints:
         raise
     except (KeyError, TypeError, ValueError) as problem:
         raise ReadError(str(path), found=repr(problem), wanted=wanted) from None
-
-
-def _from_table(path: Path, text: str, units: str, period: tuple[float, ...]) -> Waypoints:
-    rows = list(csv.DictReader(text.splitlines()))
-    names = tuple(name for name in (rows[0] if rows else {}) if name not in OWN)
-    if not rows or not names:
-        raise ReadError(str(path), found="no row" if names else "no table", wanted="columns of coordinates")
-    places = real_array("positions", [[row[name] for name in names] for row in rows], ndim=2)
-    more: dict[str, Any] = {}
-    if "label" in rows[0]:
-        more["labels"] = [int(row["label"]) for row in rows]
-    if "name" in rows[0]:
-        more["names"] = tuple(row["name"] for row in rows)
-    if "dwell" in rows[0]:
-        more["dwell"] = real_array("dwell", [row["dwell"] for row in rows], ndim=1)
-    return Waypoints(places, dimensions=names, units=units, period=period, **more)

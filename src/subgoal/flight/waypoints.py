@@ -11,12 +11,12 @@ from scipy import sparse
 from subgoal.answers.order import first_served
 from subgoal.answers.segments import Segments, segments
 from subgoal.answers.subgoals import COUNTED_FROM, Subgoal, Subgoals, reaches, subgoals
-from subgoal.demonstrations.fields import check_period, labels_of
+from subgoal.demonstrations.fields import check_period, labels_of, set_fields
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
 from subgoal.flight.visits import Visit, follows, roundness_of, turns_to, visited_in_order
 from subgoal.posterior.posterior import Posterior
-from subgoal.runtime.checks import Floats, Ints, frozen, positive, real_array, whole
+from subgoal.runtime.checks import Floats, Ints, flag, frozen, positive, real_array, text, whole, whole_numbers
 from subgoal.runtime.errors import InputError
 
 STRAY = 5
@@ -73,37 +73,25 @@ class Waypoints:
     def __post_init__(self) -> None:
         places = real_array("positions", self.positions, ndim=2)
         count, d = places.shape
-        labels = np.arange(1, count + 1) if self.labels is None else np.array(self.labels, np.int64)
-        dwell = np.broadcast_to(real_array("dwell", self.dwell, ndim=(0, 1)), (count,)).copy()
-        period = check_period(self.period, d) or (np.inf,) * d
-        rounded = np.broadcast_to(real_array("roundness", self.roundness, ndim=(0, 1)), (count,)).copy()
-        start = None if self.start is None else real_array("start", self.start, ndim=1)
-        if labels.shape != (count,) or (start is not None and start.shape != (d,)):
-            raise InputError(
-                "waypoints", found=f"labels {labels.shape}, {d} dimensions", wanted="one of each per place"
-            )
-        if np.size(self.dwell) not in (1, count) or (np.ndim(self.dwell) and np.size(self.dwell) != count):
-            raise InputError("dwell", found=f"{np.size(self.dwell)} of them", wanted=f"one number, or {count}")
+        labels = np.arange(1, count + 1) if self.labels is None else whole_numbers("labels", self.labels, count)
         if len(set(self.dimensions)) < len(self.dimensions):
             raise InputError("dimensions", found=list(self.dimensions), wanted="names that differ")
-        if (~(dwell >= 0)).any():
-            raise InputError("dwell", found=dwell.min(), wanted="seconds, at least 0")
-        if (~((rounded > 0) & (rounded <= 1))).any():
-            raise InputError("roundness", found=list(rounded), wanted="above 0, at most 1")
-        names = self.names or tuple(f"subgoal {label}" for label in labels)
-        fields = {
-            "positions": places, "names": labels_of("names", names, count, "w"), "labels": frozen(labels),
-            "dwell": frozen(dwell), "roundness": frozen(rounded), "cyclic": bool(self.cyclic), "start": start,
-            "period": period, "dimensions": labels_of("dimensions", self.dimensions, d, "x"),
-        }  # fmt: skip
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
-        if count + (start is not None) < 2:
+        set_fields(
+            self, positions=places, labels=frozen(labels), dwell=_one_each("dwell", self.dwell, count),
+            names=labels_of("names", self.names or tuple(f"subgoal {label}" for label in labels), count, "w"),
+            roundness=_one_each("roundness", self.roundness, count), cyclic=flag("cyclic", self.cyclic),
+            dimensions=labels_of("dimensions", self.dimensions, d, "x"), units=text("units", self.units),
+            period=check_period(self.period, d) or (np.inf,) * d,
+            start=None if self.start is None else _start(self.start, d),
+        )  # fmt: skip
+        if (~(self.dwell >= 0)).any():
+            raise InputError("dwell", found=self.dwell.min(), wanted="seconds, at least 0")
+        if (~((self.roundness > 0) & (self.roundness <= 1))).any():
+            raise InputError("roundness", found=list(self.roundness), wanted="above 0, at most 1")
+        if count + (self.start is not None) < 2:
             raise InputError("waypoints", found="one place", wanted="two at least, the start included")
-        turns = self._wrapped_turns() if self.turns is None else real_array("turns", self.turns, ndim=1)
-        if turns.shape != (count,):
-            raise InputError("turns", found=f"shape {turns.shape}", wanted=f"({count},)")
-        object.__setattr__(self, "turns", frozen(turns))
+        turns = self._wrapped_turns() if self.turns is None else _one_each("turns", self.turns, count)
+        set_fields(self, turns=frozen(turns))
         self._check_apart()
 
     def __repr__(self) -> str:
@@ -144,6 +132,21 @@ class Waypoints:
                              wanted="places that differ")  # fmt: skip
 
 
+def _one_each(what: str, given: Any, count: int) -> Floats:
+    """(count,) of one number for all, or of one for each."""
+    array = real_array(what, given, ndim=(0, 1))
+    if array.ndim and array.size != count:
+        raise InputError(what, found=f"{array.size} of them", wanted=f"one number, or {count}")
+    return frozen(np.broadcast_to(array, (count,)).copy())
+
+
+def _start(given: Any, dimension: int) -> Floats:
+    start = real_array("start", given, ndim=1)
+    if start.size != dimension:
+        raise InputError("start", found=f"{start.size} numbers", wanted=f"{dimension}")
+    return start
+
+
 def waypoints(
     posterior: Posterior,
     *,
@@ -174,8 +177,7 @@ def waypoints(
     """
     if not isinstance(posterior, Posterior):
         raise InputError("posterior", found=type(posterior).__name__, wanted="a Posterior, as sample() gives")
-    if cyclic not in (None, True, False):
-        raise InputError("cyclic", found=repr(cyclic), wanted="None, True or False")
+    cyclic = None if cyclic is None else flag("cyclic", cyclic)
     demos = posterior.demonstrations
     if demos.is_discrete:
         raise InputError("demonstrations", found="states of a discrete world", wanted="positions to fly to")
@@ -192,7 +194,7 @@ def waypoints(
         order, circles = np.array([visit.subgoal for visit in seen], np.int64), False
     else:
         order = _order(posterior, found, kept)
-        circles = follows(seen, int(order[-1]), int(order[0])) if cyclic is None else bool(cyclic)
+        circles = follows(seen, int(order[-1]), int(order[0])) if cyclic is None else cyclic
     return _made(posterior, kept, order, cut, seen, circles, positive("dwell", dwell, zero=True))
 
 

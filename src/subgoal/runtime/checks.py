@@ -83,6 +83,32 @@ def whole(what: str, value: Any, *, least: int = 1) -> int:
     return int(value)
 
 
+def whole_numbers(what: str, value: Any, count: int) -> Ints:
+    """``value`` as (count,) integers. Raises ``InputError`` naming the first that is none."""
+    array = real_array(what, value, ndim=1)
+    if array.shape != (count,):
+        raise InputError(what, found=f"{array.size} of them", wanted=f"{count}")
+    near = (array == np.trunc(array)) & (np.abs(array) < 2**53)
+    if not near.all():
+        k = int(np.argmin(near))
+        raise InputError(what, where=f"index {k}", found=array[k], wanted="a whole number")
+    return frozen(array.astype(np.int64))
+
+
+def text(what: str, value: Any) -> str:
+    """``value`` as a text, empty or not."""
+    if not isinstance(value, str):
+        raise InputError(what, found=repr(value), wanted="a text")
+    return value
+
+
+def flag(what: str, value: Any) -> bool:
+    """``value`` as True or False; 1 and "yes" are neither."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(what, found=repr(value), wanted="True or False")
+    return bool(value)
+
+
 def check_offset(offset: Any, count: int) -> Ints:
     """Trajectory boundaries (D+1,): from 0 to ``count``; empty trajectories are refused."""
     array = np.asarray(offset)

@@ -69,13 +69,6 @@ def columns(dimension: Any, names: Sequence[str]) -> tuple[tuple[str, ...], int]
     return tuple(names) or tuple(f"x{k}" for k in range(d)), d
 
 
-def text(what: str, given: Any) -> str:
-    """A text, empty or not."""
-    if not isinstance(given, str):
-        raise InputError(what, found=repr(given), wanted="a text")
-    return given
-
-
 def fitting(metric: Metric | None, dimension: int) -> Metric:
     """The metric, Euclidean if none is given."""
     metric = Metric.euclidean(dimension) if metric is None else metric

@@ -20,10 +20,10 @@ from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.posterior.sample import ConvergenceWarning
-from subgoal.runtime.checks import Floats, positive, whole
+from subgoal.runtime.checks import Floats, positive, text, whole
 from subgoal.runtime.errors import InputError
 from subgoal.streaming.chains import KEPT, Chains
-from subgoal.streaming.door import checked_confidence, checked_sample, columns, fitting, text
+from subgoal.streaming.door import checked_confidence, checked_sample, columns, fitting
 from subgoal.streaming.draws import Target, drawn, of_late
 from subgoal.streaming.growing import Growing
 from subgoal.streaming.table import GrowingTable

@@ -18,7 +18,7 @@ from subgoal.demonstrations.poses import (
 )
 from subgoal.demonstrations.readers.columns import Choice, Treatment, assemble, numbers
 from subgoal.demonstrations.records import Recording, Source
-from subgoal.runtime.checks import Floats, Ints
+from subgoal.runtime.checks import Floats, Ints, flag
 from subgoal.runtime.errors import InputError, ReadError, data_row
 
 ROUNDED = 1e-3
@@ -53,8 +53,7 @@ class Posing:
     time_scale: float = 1.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.pose, (bool, np.bool_)):
-            raise InputError("pose", found=repr(self.pose), wanted="True or False")
+        flag("pose", self.pose)
         if self.plane is not None:
             plane_axes(self.plane)
             if self.pose:
