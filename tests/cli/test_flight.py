@@ -85,6 +85,15 @@ def test_bad_input_is_told_and_nothing_is_written(subgoal, learned, monkeypatch,
     assert [path.name for path in learned.iterdir()] == ["posterior.npz"]
 
 
+@pytest.mark.parametrize(("words", "downwards"), [((), True), (("--no-y-down",), False)])
+def test_pictures_point_down_as_those_of_the_results_do(subgoal, learned, monkeypatch, words, downwards):
+    drawn = []
+    (learned / "summary.json").write_text('{"y_down": true}')
+    monkeypatch.setattr("subgoal.plots.files.save_figure", lambda figure, *_: drawn.append(figure))
+    assert subgoal("fly", learned, "--no-film", *words).code == 0
+    assert drawn[0].axes[0].yaxis_inverted() == downwards
+
+
 def test_a_vehicle_that_loses_its_path_ends_with_1(subgoal, learned):
     answer = subgoal("fly", learned, "--noise", 5, "--no-film")
     assert (answer.code, "try less noise" in answer.out) == (1, True)

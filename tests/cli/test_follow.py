@@ -14,6 +14,7 @@ import pytest
 from rich.console import Console
 
 from subgoal.cli.display import Display, line_of, table_of
+from subgoal.posterior.archive import load
 from subgoal.streaming import Stream
 from tests.cli.conftest import QUICK
 
@@ -75,6 +76,7 @@ BAD = {
     "one weight": (("--weights", "1"), "weights"),
     "one period": (("--period", "1"), "period"),
     "no window": (("--window", "1"), "window"),
+    "no gap": (("--max-gap", "0"), "max_gap"),
     "no confidence": (("--confidence", "0"), "confidence"),
 }
 
@@ -159,6 +161,18 @@ def test_a_long_gap_is_told(subgoal, corner: Path, tmp_path: Path) -> None:
     corner.write_text("x,y,t\n" + "".join(f"{k / 10},0,{k / 10 + 20 * (k > 20)}\n" for k in range(40)))
     answer = subgoal("follow", corner, "--epsilon", "0.3", *SHORT, "--out", tmp_path / "a")
     assert "warning: line 23 comes 20.1 after the one before: 402 samples are made up" in answer.err
+
+
+def test_gaps_are_cut_as_learn_cuts_them(subgoal, tmp_path: Path) -> None:
+    clock = [k / 10 + 20 * (k > 20) + 200 * (k > 30) for k in range(40)]
+    (tmp_path / "gaps.csv").write_text("x,y,t\n" + "".join(f"{k / 10},0,{t}\n" for k, t in enumerate(clock)))
+    words = (tmp_path / "gaps.csv", "--epsilon", "0.3", "--rate", "20", "--max-gap", "1")
+    followed = subgoal("follow", *words, *SHORT, "--out", tmp_path / "a")
+    learned = subgoal("learn", *words, *QUICK, "--out", tmp_path / "b")
+    assert (followed.code, followed.err, learned.code) == (0, "", 0)
+    streamed, whole = (load(tmp_path / name / "posterior.npz").demonstrations for name in "ab")
+    assert streamed.trajectory_names == whole.trajectory_names == ("T0/0", "T0/1", "T0/2")
+    np.testing.assert_array_equal(streamed.states, whole.states)
 
 
 @pytest.mark.parametrize("words", [("-p", "x,x"), ("-p", "x,t"), ("-p", "x,y", "-i", "y")])

@@ -40,6 +40,17 @@ def test_writes_everything_and_finds_the_corner(subgoal, corner: Path, tmp_path:
     assert sum(float(row["share"]) for row in goals) <= 1 + 1e-9
 
 
+def test_results_that_are_replaced_are_told_before_unless_they_go_on(
+    subgoal, corner: Path, tmp_path: Path
+) -> None:  # fmt: skip
+    words = ("learn", corner, "-i", "id", "--out", tmp_path / "out", *QUICK)
+    told = f"replaces the results in {tmp_path / 'out'}/"
+    assert told not in subgoal(*words).out
+    assert told in subgoal(*words).out
+    assert told not in subgoal(*words, "--resume").out
+    assert subgoal(*words, "-q").out == ""
+
+
 def test_segments_cover_every_trajectory_once(subgoal, corner: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     subgoal("learn", corner, "-i", "id", "--out", out, "-q", *QUICK)

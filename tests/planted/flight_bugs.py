@@ -56,6 +56,8 @@ FLIGHT_BUGS = [
         OF_FLIGHTS + "a_flight_is_not_changed"),
     Bug("one dwell is taken for many", WAYPOINTS, "if array.ndim and array.size != count:", "if array.size > count:",
         OF_ORDER + "what_is_no_waypoints_is_refused"),
+    Bug("films of images stand on their head", "plots/flight_animation.py", "demonstrations, y_down=y_down)",
+        "demonstrations)", "plots/test_flight.py::test_a_moving_picture_may_have_its_second_coordinate_point_down"),
     Bug("half labels are cut", CHECKS, "near = (array == np.trunc(array))", "near = (array == array)",
         OF_ORDER + "what_is_no_waypoints_is_refused"),
     Bug("any word is yes", CHECKS, "if not isinstance(value, (bool, np.bool_)):", "if value is None:",

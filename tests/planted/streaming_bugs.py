@@ -8,6 +8,7 @@ LOOPS, TRACK, TABLE = "_kernels/streaming.py", "streaming/track.py", "streaming/
 CHAINS, DRAWS, DOOR, FOLLOWING = "streaming/chains.py", "streaming/draws.py", "streaming/door.py", "cli/following.py"
 MOVES, PAIRS, ROWS = (f"streaming/test_{name}.py::test_" for name in ("kernels", "demonstrations", "table"))
 EXACT, SAYS, BAD = (f"streaming/test_{name}.py::test_" for name in ("exact", "stream", "bad_input"))
+PIECES = "streaming/trajectories.py"
 INVARIANT, LIVE = MOVES + "moves_leave_the_posterior_as_it_is", EXACT + "chains_are_near_the_posterior_without_a_sweep"
 AS_BATCH = ROWS + "the_table_is_that_of_action_comparison_after_every_pair"
 
@@ -50,6 +51,13 @@ STREAMING_BUGS = [
         SAYS + "shares_of_late_are_those_of_the_draws"),
     Bug("a time may come again", DOOR, "if not when > before:", "if not when >= before:",
         BAD + "a_bad_sample_is_refused_and_changes_nothing[a time again]"),
+    Bug("pieces before a gap have ended", PIECES, "self._close(stop, end, truncated=True)",
+        "self._close(stop, end, truncated=False)", PAIRS + "gaps_cut_as_in_the_whole_recording[20.0-2]"),
+    Bug("dropped pieces are not counted in names", PIECES, "self._pieces.append(self._cuts)",
+        "self._pieces.append(len(self._pieces))", PAIRS + "a_piece_of_one_sample_is_dropped_and_counted"),
+    Bug("velocities bridge a gap", DOOR, "is_cut = len(track) > 0 and when - track.last[0] > max_gap",
+        "is_cut = len(track) > 1000 and when - track.last[0] > max_gap",
+        PAIRS + "gaps_cut_as_in_the_whole_recording[None-2]"),
     Bug("trajectories come back", FOLLOWING, "            self._over.add(self._trajectory)\n", "",
         "cli/test_follow.py::test_bad_lines_are_told_and_left_out"),
 ]  # fmt: skip

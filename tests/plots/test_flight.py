@@ -63,6 +63,14 @@ def test_the_path_is_the_flown_one(all_of_it) -> None:
     assert line.get_color() == FLOWN
 
 
+def test_the_second_coordinate_may_point_down(all_of_it) -> None:
+    flight, made, demos = all_of_it
+    for y_down in (False, True):
+        panels = plot_flight(flight, made, demos, y_down=y_down).axes
+        assert panels[0].yaxis_inverted() == y_down
+        assert not any(axes.yaxis_inverted() for axes in panels[1:])
+
+
 def test_a_subgoal_that_comes_twice_has_one_disc() -> None:
     made = Waypoints(HOP.positions[[0, 1, 0]], labels=[1, 2, 1], dimensions=("y", "z"), units="m")
     flight = fly(made)
@@ -106,6 +114,13 @@ def test_a_page_holds_the_moving_picture(tmp_path) -> None:
     flight = fly(HOP)
     page = animate_flight(flight, HOP, beside(HOP, flight), tmp_path / "flight.html").read_text()
     assert 'src="data:image/gif;base64,R0lGOD' in page
+
+
+def test_a_moving_picture_may_have_its_second_coordinate_point_down() -> None:
+    flight = fly(HOP)
+    ways = [np.asarray(list(moving._frames(flight, HOP, beside(HOP, flight), y_down))[-1]) for y_down in (False, True)]
+    red = [np.flatnonzero((way[..., 0].astype(int) - way[..., 2] > 100).any(axis=1)) for way in ways]
+    assert red[0].mean() > red[1].mean() + 20
 
 
 def test_long_flights_are_told_to_run_faster() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from subgoal.demonstrations.prepare import demonstrate
 from subgoal.demonstrations.records import Recording
+from subgoal.runtime.errors import InputError
 from subgoal.streaming import Stream
 from tests.streaming.made import assert_same, recording_of, tell, uneven
 
@@ -85,6 +86,63 @@ def test_a_trajectory_too_short_for_a_step_is_dropped_and_counted() -> None:
     assert stream.lift() == 0
     assert stream.demonstrations().n_trajectories == 1
     assert stream.demonstrations().source.notes["trajectories too short to resample dropped"] == 1
+
+
+def with_gaps(seed: int, *lengths: float, begin: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """An uneven trajectory with a gap at each of some samples."""
+    times, places = uneven(seed, begin=begin)
+    for k, length in enumerate(lengths):
+        times[(k + 1) * len(times) // (len(lengths) + 1) :] += length
+    return times, places
+
+
+@pytest.mark.parametrize("window", [2, 5])
+@pytest.mark.parametrize("rate", [None, 20.0])
+def test_gaps_cut_as_in_the_whole_recording(rate: float | None, window: int) -> None:
+    """The second gap of the second trajectory is shorter than what cuts, and its third longer than any resampling."""
+    samples = [uneven(0), with_gaps(1, 3.0, 0.9, 500.0), with_gaps(2, 2.0, begin=-7.0)]
+    stream = tell(Stream(2, radius=0.3, rate=rate, window=window, max_gap=1.0, chains=1), *samples)
+    wanted = demonstrate(recording_of(*samples), rate=rate, window=window, max_gap=1.0)
+    assert wanted.trajectory_names == ("T0", "T1/0", "T1/1", "T1/2", "T2/0", "T2/1")
+    assert_same(stream.demonstrations(), wanted)
+
+
+def test_a_piece_of_one_sample_is_dropped_and_counted() -> None:
+    times, places = uneven(0)
+    times[40:] += 5.0
+    times[41:] += 5.0
+    stream = tell(Stream(2, radius=0.3, max_gap=1.0, chains=1), (times, places))
+    wanted = demonstrate(recording_of((times, places)), rate=20.0, max_gap=1.0)
+    assert wanted.trajectory_names == ("T0/0", "T0/2")
+    assert_same(stream.demonstrations(), wanted)
+
+
+def test_pieces_have_the_name_that_their_trajectory_is_given_at_its_end() -> None:
+    stream = Stream(2, radius=0.3, max_gap=1.0, chains=1)
+    for time, place in zip(*with_gaps(0, 3.0), strict=True):
+        stream.add(time, place)
+    assert stream.demonstrations().trajectory_names == ("T0/0", "T0/1")
+    assert stream.demonstrations().truncated.tolist() == [True, True]
+    stream.lift(name="door")
+    tell(stream, uneven(1))
+    assert stream.demonstrations().trajectory_names == ("door/0", "door/1", "T1")
+    assert stream.demonstrations().truncated.tolist() == [True, False, False]
+
+
+def test_a_sample_beyond_a_gap_settles_the_piece_before_it() -> None:
+    stream = Stream(2, radius=0.3, rate=None, window=2, max_gap=1.0, chains=1)
+    assert [stream.add(time, [time, 0.0]) for time in (0.0, 0.5, 1.5, 3.0, 3.5)] == [0, 1, 1, 1, 1]
+
+
+def test_a_bad_sample_beyond_a_gap_cuts_nothing() -> None:
+    stream = Stream(2, radius=0.3, rate=None, max_gap=1.0, chains=1)
+    for time in (0.0, 0.5):
+        stream.add(time, [time, 0.0])
+    with pytest.raises(InputError, match="place"):
+        stream.add(9.0, [np.nan, 0.0])
+    assert stream.add(1.0, [1.0, 0.0]) == 1
+    stream.lift()
+    assert stream.demonstrations().trajectory_names == ("T0",)
 
 
 def test_lifting_twice_is_lifting_once() -> None:

@@ -19,6 +19,7 @@ from subgoal.likelihood.table import LogLikelihood
 from subgoal.partition.protocol import Sampler
 from subgoal.runtime.errors import InputError
 
+POSTERIOR = "posterior.npz"
 FINE = 1 / 40
 """Seconds between samples below which --rate is recommended."""
 
@@ -116,6 +117,12 @@ def model_and_sampler(
 
         return {"model": Grouped(demonstrations.group)}
     return {} if sampler is None else {"sampler": named_sampler(sampler)}
+
+
+def tell_replaced(folder: Path, *, quiet: bool) -> None:
+    """Tell that results which stand in the folder will be replaced."""
+    if not quiet and (folder / POSTERIOR).exists():
+        print(f"replaces the results in {folder}/", flush=True)
 
 
 @contextmanager

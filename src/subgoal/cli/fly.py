@@ -36,6 +36,7 @@ def fly(
     most_seconds: Annotated[float, typer.Option(help="Longest flight that is simulated.")] = 600.0,
     seed: Annotated[int, typer.Option(help="Random seed of the noise.")] = 0,
     noise: Annotated[float, typer.Option(help="Metres by which measured positions are off (RMS).")] = 0.0,
+    y_down: Annotated[bool | None, typer.Option(help="Draw y downwards; default: as the results are.")] = None,
     film: Annotated[bool, typer.Option("--film/--no-film", help="Whether to draw flight.gif.")] = True,
     quiet: o.Quiet = False,
 ) -> None:
@@ -55,6 +56,7 @@ def fly(
     from subgoal.plots.files import save_figure
     from subgoal.plots.flight import plot_flight
     from subgoal.plots.flight_animation import animate_flight
+    from subgoal.reporting.results import drawn_downwards
     from subgoal.runtime.progress import progress_display
 
     posterior = learned_in(folder)
@@ -66,11 +68,12 @@ def fly(
         progress=progress_display("flight", quiet=quiet),
     )  # fmt: skip
     error = tracking(flight, posterior.demonstrations)
+    y_down = drawn_downwards(folder) if y_down is None else y_down
     with output_folder(folder / "flight" if out is None else out) as place:
         write_flight(flight, error, place)
-        save_figure(plot_flight(flight, made, posterior.demonstrations), place, "flight")
+        save_figure(plot_flight(flight, made, posterior.demonstrations, y_down=y_down), place, "flight")
         if film:
-            animate_flight(flight, made, posterior.demonstrations, place / "flight.gif")
+            animate_flight(flight, made, posterior.demonstrations, place / "flight.gif", y_down=y_down)
     if not quiet:
         print(told(made))
         print(f"{flight.told}; {flight.duration:.1f} s")

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 MODEL = "Model"
 WARMUP = 200
-POSTERIOR = "posterior.npz"
 
 
 def follow(
@@ -53,6 +52,7 @@ def follow(
         float, typer.Option(help="Resample to this rate; 0 leaves the samples as they are.", rich_help_panel=o.READING)
     ] = 20.0,
     window: Annotated[int, typer.Option(help="Samples a velocity spans.", rich_help_panel=o.READING)] = 2,
+    max_gap: o.MaxGap = None,
     separator: o.Separator = None,
 ) -> None:
     """Learn subgoals while a recording is written; at its end, or at Ctrl-C, write what learn writes.
@@ -66,7 +66,7 @@ def follow(
 
       some-tracker | subgoal follow - -p x,y,z -t stamp --rate 50 --epsilon 0.1
     """
-    from subgoal.cli.compose import output_folder
+    from subgoal.cli.compose import output_folder, tell_replaced
     from subgoal.cli.display import Display
     from subgoal.cli.following import Following
     from subgoal.demonstrations.metric import Metric
@@ -81,12 +81,12 @@ def follow(
     metric = Metric.of(len(names), o.numbers("--weights", weights), o.numbers("--period", period))
     stream = Stream(
         names=names, radius=epsilon, confidence=confidence, concentration=concentration, rate=rate or None,
-        window=window, metric=metric, units=units or "", seed=seed,
+        window=window, max_gap=max_gap, metric=metric, units=units or "", seed=seed,
     )  # fmt: skip
     with output_folder(out) as folder:
-        if (folder / POSTERIOR).exists() and not quiet:
-            print(f"replaces the results in {folder}/", flush=True)
-        following = Following(stream, Display(quiet=quiet, merge_radius=merge_radius), out=folder, rate=rate or None)
+        tell_replaced(folder, quiet=quiet)
+        display = Display(quiet=quiet, merge_radius=merge_radius)
+        following = Following(stream, display, out=folder, rate=rate or None, max_gap=max_gap)
         following.read(
             file, position=names, time=time or "t", trajectory=trajectory, separator=separator, patience=patience
         )

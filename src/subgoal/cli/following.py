@@ -29,8 +29,11 @@ LONG = 10
 class Following:
     """A stream that is told the rows of a table while it is written; it changes."""
 
-    def __init__(self, stream: Stream, display: Display, *, out: Path, rate: float | None = None) -> None:
+    def __init__(
+        self, stream: Stream, display: Display, *, out: Path, rate: float | None = None, max_gap: float | None = None
+    ) -> None:
         self._stream, self._display, self._out, self._rate = stream, display, out, rate
+        self._max_gap = float("inf") if max_gap is None else max_gap
         self._heard, self._has_waited, self._has_changed = clock.monotonic(), False, False
         self._times: list[float] = []
         self._lines, self._back = 0, 0
@@ -126,10 +129,11 @@ class Following:
         if len(self._times) < 3 or self._rate is None:
             return
         before, step = self._times[1] - self._times[0], self._times[2] - self._times[1]
-        if step > LONG * before and step * self._rate > LONG:
+        if step <= self._max_gap and step > LONG * before and step * self._rate > LONG:
             told = f"line {number} comes {step:.3g} after the one before: {step * self._rate:.0f} samples"
             print(f"subgoal: warning: {told} are made up between them, on a straight line. "
-                  "Another value in the column of --trajectory begins a new one.", file=sys.stderr)  # fmt: skip
+                  "--max-gap cuts there, and so does another value in the column of --trajectory.",
+                  file=sys.stderr)  # fmt: skip
 
 
 def _opened(name: str) -> Source:

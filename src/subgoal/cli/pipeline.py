@@ -84,13 +84,15 @@ def learn_table(
     grouped: bool,
 ) -> None:
     """Sample, write and print, of a likelihood with its demonstrations; ``fixed`` keeps its confidence."""
-    from subgoal.cli.compose import model_and_sampler
+    from subgoal.cli.compose import model_and_sampler, tell_replaced
     from subgoal.cli.table import print_results
     from subgoal.cli.write import write
     from subgoal.reporting.learned import GROUPS_DO_NOT_LAST
     from subgoal.runtime.checks import positive
 
     merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
+    if not run.get("resume"):
+        tell_replaced(folder, quiet=quiet)
     if learn_all and grouped and not quiet:
         print(f"note: {GROUPS_DO_NOT_LAST}")
     sampler = run.pop("sampler", None)

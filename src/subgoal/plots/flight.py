@@ -41,11 +41,14 @@ SPAN = 0.035
 """Half of the vehicle's width, as a share of the extent."""
 
 
-def plot_flight(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrations) -> Figure:
+def plot_flight(
+    flight: Flight, waypoints: Waypoints, demonstrations: Demonstrations, *, y_down: bool = False
+) -> Figure:  # fmt: skip
     """The demonstrated path in grey, the flown one in colour with the vehicle's attitude, and the numbered waypoints.
 
     Beside it, over the time of the flight: how far the vehicle was from the demonstrated path, and its speed, or its
     tilt where the demonstration has an angle. In three dimensions the path is drawn from above and from the side.
+    ``y_down`` turns the second coordinate over, as in images.
     """
     error = tracking(flight, demonstrations)
     pairs = [(0, 1)] if len(flight.placement.axes) == 2 else [(0, 1), (0, 2)]
@@ -57,7 +60,7 @@ def plot_flight(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrat
     each = (right - 0.13) / len(pairs)
     for k, pair in enumerate(pairs):
         axes = panel(figure, (0.07 + k * each, 0.12, each - 0.055 * (len(pairs) > 1), 0.74), "", *_names(flight, pair))
-        draw_paths(axes, flight, demonstrations, pair)
+        draw_paths(axes, flight, demonstrations, pair, y_down=y_down)
         draw_waypoints(axes, waypoints, flight, pair)
         if len(pairs) == 1:
             draw_vehicles(axes, flight, _spread(flight))
@@ -71,7 +74,9 @@ def plot_flight(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrat
     return figure
 
 
-def draw_paths(axes: Axes, flight: Flight, demonstrations: Demonstrations, pair: tuple[int, int] = (0, 1)) -> None:
+def draw_paths(
+    axes: Axes, flight: Flight, demonstrations: Demonstrations, pair: tuple[int, int] = (0, 1), *, y_down: bool = False
+) -> None:
     """Both paths in two of the positions, with limits that hold them."""
     from matplotlib.collections import LineCollection
 
@@ -82,6 +87,8 @@ def draw_paths(axes: Axes, flight: Flight, demonstrations: Demonstrations, pair:
     axes.plot(*path.T, color=FLOWN, linewidth=1.4, zorder=3)
     both = np.vstack([places, path])
     equal_limits(axes, both[:, 0], both[:, 1])
+    if y_down and columns[1] == 1:
+        axes.invert_yaxis()
 
 
 def draw_waypoints(axes: Axes, waypoints: Waypoints, flight: Flight, pair: tuple[int, int] = (0, 1)) -> None:

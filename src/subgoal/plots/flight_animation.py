@@ -36,11 +36,14 @@ PAGE = """<!doctype html>
 """
 
 
-def animate_flight(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrations, path: str | Path) -> Path:
+def animate_flight(
+    flight: Flight, waypoints: Waypoints, demonstrations: Demonstrations, path: str | Path, *, y_down: bool = False
+) -> Path:  # fmt: skip
     """Write the flight as a moving picture, by the suffix of ``path``: ``.gif``, ``.html`` or ``.mp4``.
 
-    Long flights run faster than they were; the picture says by how much. Three dimensions are seen from above. Raises
-    ``InputError`` for another suffix, and for ``.mp4`` where the program ffmpeg is not found.
+    Long flights run faster than they were; the picture says by how much. Three dimensions are seen from above.
+    ``y_down`` turns the second coordinate over, as in images. Raises ``InputError`` for another suffix, and for
+    ``.mp4`` where the program ffmpeg is not found.
     """
     path = Path(path)
     if path.suffix not in (".gif", ".html", ".mp4"):
@@ -50,7 +53,7 @@ def animate_flight(flight: Flight, waypoints: Waypoints, demonstrations: Demonst
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
     try:
-        frames = _frames(flight, waypoints, demonstrations)
+        frames = _frames(flight, waypoints, demonstrations, y_down)
         if path.suffix == ".mp4":
             _film(frames, aside)
         else:
@@ -64,7 +67,7 @@ def animate_flight(flight: Flight, waypoints: Waypoints, demonstrations: Demonst
     return path
 
 
-def _frames(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrations) -> Iterator[Image]:
+def _frames(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrations, y_down: bool) -> Iterator[Image]:
     """Pictures at even times; what does not move is drawn once."""
     from matplotlib.collections import LineCollection
     from PIL import Image as Images
@@ -75,7 +78,7 @@ def _frames(flight: Flight, waypoints: Waypoints, demonstrations: Demonstrations
     own, columns = flight.waypoints, flight.placement.columns
     names = (with_unit(own.dimensions[k], own.units) for k in columns[:2])
     axes = panel(figure, (0.14, 0.14, 0.82, 0.78), "", *names)
-    draw_paths(axes, flight, demonstrations)
+    draw_paths(axes, flight, demonstrations, y_down=y_down)
     trace = axes.lines[0]
     draw_waypoints(axes, waypoints, flight)
     discs = list(axes.texts)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,18 @@ MOST_AT_ONCE = 1000
 """A gap in which more samples than this would be made up is taken for the end of a trajectory, or a wrong unit."""
 
 
-def checked_sample(time: Any, place: Any, track: Track, metric: Metric, names: Sequence[str]) -> tuple[float, Floats]:
-    """A time after the last of the track, and a place (d,) whose velocity is a number."""
+class Sample(NamedTuple):
+    """A time, a place (d,), and whether it lies beyond a gap and begins another piece."""
+
+    time: float
+    place: Floats
+    is_cut: bool
+
+
+def checked_sample(
+    time: Any, place: Any, track: Track, metric: Metric, names: Sequence[str], max_gap: float
+) -> Sample:  # fmt: skip
+    """A time after the last of the track, and a place whose velocity is a number unless it begins another piece."""
     when = float(real_array("time", time, ndim=0))
     where = np.atleast_1d(real_array("place", place, ndim=(0, 1)))
     d = metric.dimension
@@ -33,9 +43,10 @@ def checked_sample(time: Any, place: Any, track: Track, metric: Metric, names: S
     if not track.tells_apart(when):
         raise InputError("time", found=f"{when:.10g}", wanted="a number that one step of resampling changes",
                          hint="times from the beginning of the recording")  # fmt: skip
-    if len(track):
+    is_cut = len(track) > 0 and when - track.last[0] > max_gap
+    if len(track) and not is_cut:
         _check_step(when, where, track, metric)
-    return when, where
+    return Sample(when, where, is_cut)
 
 
 def _check_step(when: float, where: Floats, track: Track, metric: Metric) -> None:
@@ -50,7 +61,7 @@ def _check_step(when: float, where: Floats, track: Track, metric: Metric) -> Non
     if not track.steps_at(when) <= MOST_AT_ONCE:
         raise InputError("time", found=f"a gap of {when - before:.6g}",
                          wanted=f"at most {MOST_AT_ONCE} resampling times between two samples",
-                         hint="lift() before it, or check the unit of the times")  # fmt: skip
+                         hint="max_gap=, lift() before it, or check the unit of the times")  # fmt: skip
 
 
 def columns(dimension: Any, names: Sequence[str]) -> tuple[tuple[str, ...], int]:

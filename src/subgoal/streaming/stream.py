@@ -14,7 +14,7 @@ from subgoal.answers.subgoals import MERGE_RADII, Subgoals, subgoals
 from subgoal.candidates import Candidates
 from subgoal.demonstrations.angles import wrapped
 from subgoal.demonstrations.metric import Metric
-from subgoal.demonstrations.records import Demonstrations, Source
+from subgoal.demonstrations.records import Demonstrations
 from subgoal.likelihood.action_comparison import DEFAULT_CONFIDENCE
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.posterior.diagnostics import Status
@@ -28,6 +28,7 @@ from subgoal.streaming.draws import Target, drawn, of_late
 from subgoal.streaming.growing import Growing
 from subgoal.streaming.table import GrowingTable
 from subgoal.streaming.track import Pairs, Track
+from subgoal.streaming.trajectories import Trajectories
 
 DRAWS, WARMUP, THIN = 500, 100, 2
 """Of ``posterior``: the chains are where the data have brought them."""
@@ -52,6 +53,8 @@ class Stream:
         Samples per ``time_unit`` to resample to, on the fly; None leaves them as they are.
     window:
         Samples that a velocity spans, after resampling, at least 2: from w//2 before to w − w//2 after.
+    max_gap:
+        Two samples farther apart than this many ``time_unit`` are of different pieces of a trajectory; None never cuts.
     metric:
         Weights and periods of the dimensions. What wraps goes the shorter way round, and lies from 0 to its period, or
         around 0 once a coordinate below 0 came, as ``demonstrate`` has it.
@@ -71,6 +74,7 @@ class Stream:
         concentration: float = 1.0,
         rate: float | None = 20.0,
         window: int = 2,
+        max_gap: float | None = None,
         metric: Metric | None = None,
         units: str = "",
         time_unit: str = "s",
@@ -87,10 +91,8 @@ class Stream:
         self._rate = None if rate is None else positive("rate", rate)
         self._window = whole("window", window, least=2)
         self._times = Growing()
-        self._begun, self._starts = 0, [0]
-        self._ends: list[Floats] = []
-        self._labels: list[str] = []
-        self._source, self._lowest = Source("stream"), np.full(d, np.inf)
+        self._max_gap = np.inf if max_gap is None else positive("max_gap", max_gap)
+        self._trajectories, self._lowest = Trajectories(), np.full(d, np.inf)
         self._track = self._new_track()
         self._at = 0
         self._record: tuple[int, LogLikelihood] | None = None
@@ -120,10 +122,13 @@ class Stream:
         Raises ``InputError`` for what is no finite number, another number of columns, a time that is not after the
         last one of the trajectory, and a gap of more than 1,000 resampling times.
         """
-        when, where = checked_sample(time, place, self._track, self._metric, self._names)
-        pairs = self._track.add(when, where)
-        self._take(pairs)
-        return len(pairs.times)
+        when, where, is_cut = checked_sample(time, place, self._track, self._metric, self._names, self._max_gap)
+        known = self._at
+        if is_cut:
+            end = self._finish()
+            self._trajectories.cut(self._at, end)
+        self._take(self._track.add(when, where))
+        return self._at - known
 
     def lift(self, *, name: str | None = None) -> int:
         """End the trajectory: its last pairs are final, its end is a candidate; returns the number of new pairs.
@@ -131,29 +136,30 @@ class Stream:
         The next sample begins another. ``name`` is that of the trajectory, else "T" and its number. One of one
         sample, or too short for one step of resampling, is dropped, and counted.
         """
-        known, track = self._at, self._track
-        whole_track = track.whole()
-        if not len(track):
-            return 0
-        self._track = self._new_track()
-        self._begun += 1
-        if whole_track is None or whole_track.times is None:
-            self._source = self._source.noting(**{track.flaw: 1})
-            return 0
-        self._lowest = np.minimum(self._lowest, track.lowest)
-        first = self._starts[-1]
-        given = known - first
-        counts = {name.replace(" ", "_"): count for name, count in whole_track.source.notes.items()}
-        self._source = self._source.noting(**counts)
-        self._table.put_right(first, whole_track.states[:given], whole_track.actions[:given])
-        self._times.rows[first:known] = whole_track.times[:given]
-        self._table.offer(whole_track.final_states[0], is_end=True)
-        self._take(Pairs(whole_track.times[given:], whole_track.states[given:], whole_track.actions[given:]))
-        self._starts.append(self._at)
-        self._ends.append(whole_track.final_states[0])
-        self._labels.append(name or f"T{self._begun - 1}")
-        self._record = None
+        known = self._at
+        if len(self._track):
+            end = self._finish()
+            self._trajectories.end(self._at, end, name)
         return self._at - known
+
+    def _finish(self) -> Floats | None:
+        """Take the last pairs of the track and begin another; (d,) where it ended, None where nothing comes of it."""
+        track, whole_track = self._track, self._track.whole()
+        self._track = self._new_track()
+        if whole_track is None or whole_track.times is None:
+            self._trajectories.count(**{track.flaw: 1})
+            return None
+        self._lowest = np.minimum(self._lowest, track.lowest)
+        first = self._trajectories.first
+        given = self._at - first
+        self._trajectories.count(**{name.replace(" ", "_"): count for name, count in whole_track.source.notes.items()})
+        self._table.put_right(first, whole_track.states[:given], whole_track.actions[:given])
+        self._times.rows[first : self._at] = whole_track.times[:given]
+        end: Floats = whole_track.final_states[0]
+        self._table.offer(end, is_end=True)
+        self._take(Pairs(whole_track.times[given:], whole_track.states[given:], whole_track.actions[given:]))
+        self._record = None
+        return end
 
     def rejuvenate(self, sweeps: int = 1) -> None:
         """Whole sweeps of all chains: for when there is time."""
@@ -178,20 +184,19 @@ class Stream:
         """
         if not self.n_pairs:
             raise InputError("stream", found="no pairs yet", wanted="at least one", hint="add more samples, or lift()")
-        going_on = self._at > self._starts[-1]
-        ends = [*self._ends, self._table.states[-1]] if going_on else self._ends
+        known = self._trajectories
         found = Demonstrations(
             states=self._table.states.copy(),
             actions=self._table.actions.copy(),
-            offset=np.array([*self._starts, self._at] if going_on else self._starts),
+            offset=known.offset(self._at),
             times=self._times.rows.copy(),
-            final_states=np.stack(ends),
-            truncated=np.arange(len(ends)) >= len(self._ends),
+            final_states=known.ends(self._at, self._table.states[-1]),
+            truncated=known.truncated(self._at),
             names=self._names,
             units=self._units,
-            trajectory_names=(*self._labels, f"T{self._begun}") if going_on else tuple(self._labels),
+            trajectory_names=known.names(self._at),
             time_unit=self._time_unit,
-            source=self._source,
+            source=known.source,
         )
         return wrapped(found, self._period, self._lows) if self._wraps else found
 
