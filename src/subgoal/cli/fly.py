@@ -31,7 +31,7 @@ def fly(
         typer.Option(help="Metres within which a waypoint is reached; default 0.1, or a quarter of the shortest leg."),
     ] = None,
     tilt_tolerance: Annotated[
-        float, typer.Option(help="Radians within which a tilt is had, or a vehicle level.")
+        float, typer.Option(help="Radians within which the largest tilt is had, or a vehicle level.")
     ] = 0.3,
     most_seconds: Annotated[float, typer.Option(help="Longest flight that is simulated.")] = 600.0,
     seed: Annotated[int, typer.Option(help="Random seed of the noise.")] = 0,

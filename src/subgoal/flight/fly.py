@@ -59,8 +59,8 @@ def fly(
     vehicle:
         "hummingbird" (0.5 kg, ten times its weight of thrust) or "crazyflie" (30 g, twice its weight: no loops).
     tolerance:
-        Metres within which a waypoint is reached; a tilted one also within ``tilt_tolerance`` radians. By default 0.1,
-        or a quarter of the shortest way between two waypoints where that is less.
+        Metres within which a waypoint is reached; a tilted one also within ``tilt_tolerance`` radians, or 1.2 at the
+        sides of a loop. By default 0.1, or a quarter of the shortest way between two waypoints where that is less.
     noise:
         Standard deviation in metres of the positions that the controller is told; drawn with ``seed``.
     progress:
@@ -118,7 +118,7 @@ def _flight(
     n = len(logged["x"])
     times = commands.times[:n]
     misses, tilts = _nearest(path, times, logged["x"], logged["q"])
-    there = (misses <= within[0]) & (tilts <= within[1])
+    there = (misses <= within[0]) & (tilts <= path.route.tilt_tolerance)
     status = ended if ended is not FlightStatus.FLOWN or there.all() else FlightStatus.DID_NOT_ARRIVE
     return Flight(
         times, logged["x"], logged["v"], logged["q"], commands.positions[:n], logged["rotor_speeds"],

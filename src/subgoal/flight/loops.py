@@ -3,7 +3,8 @@
 Under a controller of positions the attitude follows from the acceleration: thrust balances weight and acceleration. A
 vehicle is inverted only where it accelerates downwards by more than gravity, at the top of a loop of radius R where
 v² / R > g. So a turn by Δ between two waypoints is an arc of Δ, and the whole way is flown at the lowest speed at which
-thrust points as wanted at every tilted waypoint.
+thrust points as wanted at every tilted waypoint: near enough to the tilt where the way leans most, more loosely at the
+sides of a loop, where thrust has to carry the weight too.
 """
 
 from __future__ import annotations
@@ -35,19 +36,6 @@ RAMPS = (0.5, 0.45, 0.4)
 """Of the time, what goes by before the vehicle is at full speed."""
 
 
-@dataclass(frozen=True, eq=False)
-class Turning:
-    """How a vehicle turns over: within ``tolerance`` radians of each tilt."""
-
-    vehicle: Vehicle
-    tolerance: float
-
-    @property
-    def aim(self) -> float:
-        """Radians by which the path's thrust may point aside at a tilted waypoint."""
-        return AIM * self.tolerance
-
-
 @dataclass(frozen=True)
 class Pace:
     """A speed of a way, with what it asks for.
@@ -59,22 +47,25 @@ class Pace:
     thrust, turning:
         Largest thrust over mass, and largest share of the moment that the vehicle has at its thrust.
     aside, place:
-        Largest angle between thrust and what a tilted waypoint wants, and the place of the route where that is.
+        Angle between thrust and what a tilted waypoint wants, and the place of the route where that is worst.
+    missed:
+        The same as a share of what the path may point aside there.
     """
 
     factor: float
     thrust: float
     turning: float
     aside: float
+    missed: float
     place: int
 
-    def unfit(self, how: Turning) -> float:
+    def unfit(self, vehicle: Vehicle) -> float:
         """How far this is beyond what the vehicle can: 0 if it can."""
-        over = max(self.thrust / how.vehicle.usable_thrust, self.turning / RESERVE, self.aside / how.aim)
+        over = max(self.thrust / vehicle.usable_thrust, self.turning / RESERVE, self.missed)
         return max(over - 1, 0.0)
 
 
-def manoeuvre(route: Route, placement: Placement, how: Turning, first: int, last: int) -> tuple[Pieces, Floats]:
+def manoeuvre(route: Route, placement: Placement, vehicle: Vehicle, first: int, last: int) -> tuple[Pieces, Floats]:
     """The way from place ``first`` to ``last``, from rest to rest, and when it comes to each place.
 
     Of loops at least as wide as the demonstrated one the narrowest that can be flown, and of several laws of speed the
@@ -89,11 +80,11 @@ def manoeuvre(route: Route, placement: Placement, how: Turning, first: int, last
         for ramp in RAMPS:
             times = _eased(lengths / lengths[-1], ramp)
             path = minimum_snap(points, times)
-            tried.append((_pace(path, times[at], route, placement, how, first), path, times[at]))
-        pace, path, reached = min(tried, key=lambda each: (each[0].unfit(how), each[0].thrust))
-        if pace.unfit(how) == 0:
+            tried.append((_pace(path, times[at], route, placement, vehicle, first), path, times[at]))
+        pace, path, reached = min(tried, key=lambda each: (each[0].unfit(vehicle), each[0].thrust))
+        if pace.unfit(vehicle) == 0:
             return path.stretched(1 / pace.factor), reached / pace.factor
-    raise _refused(pace, route, how)
+    raise _refused(pace, route, vehicle)
 
 
 def _points(route: Route, placement: Placement, first: int, roundness: Floats) -> tuple[Floats, list[int]]:
@@ -137,7 +128,7 @@ def _eased(share: Floats, ramp: float) -> Floats:
     return np.interp(share, gone / gone[-1], clock)
 
 
-def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, how: Turning, first: int) -> Pace:
+def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, vehicle: Vehicle, first: int) -> Pace:
     """The lowest of the speeds tried that the vehicle can fly with its thrust as wanted, else the one that comes
     nearest.
     """
@@ -148,28 +139,29 @@ def _pace(path: Pieces, reached: Floats, route: Route, placement: Placement, how
     size = np.linalg.norm(thrust, axis=2)
     turned = np.unwrap(placement.tilts(thrust), axis=1)
     bend = np.abs(np.diff(turned, 2, axis=1)) * (TRIED[:, None] / clock[1]) ** 2
-    turning = (bend / (how.vehicle.turning * np.maximum(size[:, 1:-1], 1e-9))).max(axis=1)
+    turning = (bend / (vehicle.turning * np.maximum(size[:, 1:-1], 1e-9))).max(axis=1)
     there = square * path.at(reached[tilted], 3)[2] + WEIGHT
     wanted = placement.direction(route.angles[first + np.array(tilted)])
     along = (there * wanted).sum(axis=2) / np.maximum(np.linalg.norm(there, axis=2), 1e-9)
     aside = np.where(np.linalg.norm(there, axis=2) < LEAST, np.pi, np.arccos(np.clip(along, -1, 1)))
-    worst = np.argmax(aside, axis=1)
+    missed = aside / (AIM * route.tilt_tolerance[first + np.array(tilted)])
+    worst = np.argmax(missed, axis=1)
     paces = [
         Pace(float(TRIED[k]), float(size[k].max()), float(turning[k]), float(aside[k, worst[k]]),
-             first + tilted[worst[k]])
+             float(missed[k, worst[k]]), first + tilted[worst[k]])
         for k in range(TRIED.size)
     ]  # fmt: skip
-    return min(paces, key=lambda pace: pace.unfit(how))
+    return min(paces, key=lambda pace: pace.unfit(vehicle))
 
 
-def _refused(pace: Pace, route: Route, how: Turning) -> InputError:
+def _refused(pace: Pace, route: Route, vehicle: Vehicle) -> InputError:
     tilt = np.degrees(np.arccos(np.cos(route.angles[pace.place])))
     return InputError(
         "waypoints", where=route.name(pace.place),
-        found=f"a tilt of {tilt:.0f}° that {how.vehicle.name} cannot have there: at best thrust points "
-              f"{np.degrees(pace.aside):.0f}° aside, with {pace.thrust / how.vehicle.usable_thrust:.0%} of the thrust "
+        found=f"a tilt of {tilt:.0f}° that {vehicle.name} cannot have there: at best thrust points "
+              f"{np.degrees(pace.aside):.0f}° aside, with {pace.thrust / vehicle.usable_thrust:.0%} of the thrust "
               f"and {pace.turning / RESERVE:.0%} of the moment there are",
         wanted="at most 100% of both, on a loop where the angle turns as the path bends",
-        hint="tilt_tolerance=1.0 (--tilt-tolerance) where waypoints lie at the sides of a loop, fewer of them (a "
-             "larger least_share=, --least-share), or angles of the other sign",
+        hint="a larger tilt_tolerance= (--tilt-tolerance), fewer waypoints (a larger least_share=, --least-share), or "
+             "angles of the other sign",
     )  # fmt: skip

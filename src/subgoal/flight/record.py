@@ -51,7 +51,7 @@ class Flight:
     tilts:
         (K,) radians between the thrust and what a tilted place wants, at that moment; 0 at places that are level.
     tolerance, tilt_tolerance:
-        Metres and radians within which a place is reached.
+        Metres and radians within which a place is reached; at the sides of a loop ``route.tilt_tolerance`` is more.
     status:
         FLOWN if all places were reached.
     noise:
@@ -105,7 +105,7 @@ class Flight:
     @property
     def reached(self) -> Bools:
         """(K,) which places of the route were reached."""
-        return np.asarray((self.misses <= self.tolerance) & (self.tilts <= self.tilt_tolerance))
+        return np.asarray((self.misses <= self.tolerance) & (self.tilts <= self.route.tilt_tolerance))
 
     @property
     def told(self) -> str:
@@ -122,6 +122,8 @@ class Flight:
             return f"{ended}: try less noise than {self.noise:.3g} m"
         if least < SHORT:
             return f"{ended}: the nearest two are {least:.2g} m apart; try a larger scale"
+        if self.status is FlightStatus.DID_NOT_ARRIVE and (self.misses <= self.tolerance).all():
+            return f"{ended} with its tilt: try a larger tilt_tolerance (--tilt-tolerance)"
         larger = ", or a larger tolerance" if self.status is FlightStatus.DID_NOT_ARRIVE else ""
         return f"{ended}: try a lower speed{larger}"
 

@@ -13,6 +13,8 @@ from subgoal.runtime.errors import InputError
 
 START = -1
 MOST_PLACES = 10_000
+SIDE = 1.2
+"""Radians within which a tilt is had at the sides of a loop: weight keeps thrust from pointing to the middle there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,8 @@ class Route:
         (K,) of the way to each place, as in ``Waypoints``.
     tilted:
         (K,) whether the angle is a tilt at which no vehicle can hover, not within the tolerance of level.
+    tilt_tolerance:
+        (K,) radians within which a tilt is had: what was asked for where a way leans most, more at its sides.
     """
 
     places: Floats
@@ -42,6 +46,7 @@ class Route:
     angles: Floats
     roundness: Floats
     tilted: Bools
+    tilt_tolerance: Floats
 
     @property
     def least_leg(self) -> float:
@@ -57,7 +62,7 @@ class Route:
 def route_of(waypoints: Waypoints, placement: Placement, rounds: int, tolerance: float) -> Route:
     """From the start through all waypoints; ``rounds`` times, if they are cyclic, and back to where it began.
 
-    A tilt of more than ``tolerance`` radians is one.
+    A tilt of more than ``tolerance`` radians is one; on the way to one that is larger, or from it, ``SIDE`` will do.
 
     A cyclic route begins and ends at the waypoint nearest to the start. Raises ``InputError`` for rounds of waypoints
     that are not cyclic, for places that fall together in the world, and for first and last ones that are tilted.
@@ -87,6 +92,7 @@ def route_of(waypoints: Waypoints, placement: Placement, rounds: int, tolerance:
         angles,
         waypoints.roundness[order],
         lean > tolerance,
+        np.where(_leans_most(lean, lean > tolerance), tolerance, np.maximum(tolerance, SIDE)),
     )
     _check(route, placement)
     return route
@@ -120,6 +126,12 @@ def _angles(waypoints: Waypoints, placement: Placement, spots: Floats, order: In
     angles = np.append(first, first + np.cumsum(turned))
     angles = angles if not placement.upright else angles - 2 * np.pi * np.round(first / (2 * np.pi))
     return angles, np.arccos(np.cos(angles)) * placement.upright
+
+
+def _leans_most(lean: Floats, tilted: Bools) -> Bools:
+    """(K,) which tilted places have none beside them that leans more."""
+    beside = np.pad(np.where(tilted, lean, 0.0), 1)
+    return np.asarray(tilted & (lean >= beside[:-2]) & (lean >= beside[2:]))
 
 
 def _of_quaternions(four: Floats) -> tuple[Floats, Floats]:

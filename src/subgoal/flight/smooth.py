@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from subgoal.flight.loops import Turning, manoeuvre
+from subgoal.flight.loops import manoeuvre
 from subgoal.flight.placement import Placement, place
 from subgoal.flight.polynomials import Limits, Pieces, held, joined
 from subgoal.flight.route import Route, route_of
@@ -107,7 +107,8 @@ def smooth(
     rounds:
         Of waypoints that are cyclic.
     tilt_tolerance:
-        Radians within which a tilt is had, and a vehicle level.
+        Radians within which a tilt is had where a way leans most, and a vehicle level. At the sides of a loop 1.2
+        will do.
     constraints:
         For waypoint k (from 0), "velocity" or "acceleration" (3,) in the world, where the path goes through it;
         no larger than the limits.
@@ -129,9 +130,8 @@ def smooth(
     if smoothing not in SMOOTHINGS:
         raise InputError("smoothing", found=repr(smoothing), wanted=" or ".join(map(repr, SMOOTHINGS)))
     bound = positive("overshoot", overshoot)
-    how = Turning(made, positive("tilt_tolerance", tilt_tolerance))
     placement = place(waypoints, plane, height, scale)
-    route = route_of(waypoints, placement, rounds, how.tolerance)
+    route = route_of(waypoints, placement, rounds, positive("tilt_tolerance", tilt_tolerance))
     most = positive("most_seconds", most_seconds)
     lengths = np.linalg.norm(np.diff(route.places, axis=0), axis=1)
     untilted = ~(route.tilted[1:] | route.tilted[:-1])
@@ -142,7 +142,7 @@ def smooth(
     if smoothing == "stop":
         rests |= ~route.tilted
         rests[[k for k in pinned if not route.tilted[k]]] = False
-    path = _assembled(route, placement, how, rests, pace, bound, pinned)
+    path = _assembled(route, placement, made, rests, pace, bound, pinned)
     _check_duration(path.duration, most)
     return path
 
@@ -197,7 +197,7 @@ def _vector(what: str, value: Any, most: float) -> Floats:
 
 
 def _assembled(
-    route: Route, placement: Placement, how: Turning, rests: Any, pace: Limits, bound: float,
+    route: Route, placement: Placement, vehicle: Vehicle, rests: Any, pace: Limits, bound: float,
     pinned: dict[int, dict[str, Floats]],
 ) -> SmoothPath:  # fmt: skip
     """Ways from rest to rest, one after another, with the dwells between them."""
@@ -212,7 +212,7 @@ def _assembled(
         if route.tilted[a : b + 1].any():
             if own:
                 raise InputError("constraints", where=route.name(a + min(own)), found="a way with tilts", wanted="none")
-            part, reached = manoeuvre(route, placement, how, a, b)
+            part, reached = manoeuvre(route, placement, vehicle, a, b)
         else:
             part, reached, apart = way(route.places[a : b + 1], pace, bound, own)
             widest = max(widest, apart)
