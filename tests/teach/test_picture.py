@@ -86,6 +86,15 @@ def test_a_flight_goes_round_the_square(posterior: Posterior) -> None:
     assert "from your path" in found["summary"]
 
 
+def test_a_flight_tells_where_it_goes_in_order_and_when_it_is_there(posterior: Posterior) -> None:
+    pytest.importorskip("rotorpy", reason="the flight extra is not installed")
+    found = flown(posterior, 120.0, lambda: True)
+    wanted = waypoints(posterior).positions
+    assert [(stop["y"], stop["z"]) for stop in found["stops"]] == [tuple(place) for place in wanted.tolist()]
+    for stop in found["stops"]:
+        assert np.hypot(found["y"][stop["row"]] - stop["y"], found["z"][stop["row"]] - stop["z"]) < 0.1
+
+
 def test_a_path_of_pixels_is_flown_as_large_as_the_plane_and_that_is_said() -> None:
     pytest.importorskip("rotorpy", reason="the flight extra is not installed")
     pixels = np.array(square()) * [1, 300, 300]

@@ -13,6 +13,7 @@ from subgoal.flight import Flight, FlightStatus, Waypoints, fly, tracking, waypo
 from subgoal.flight.placement import METRES
 from subgoal.flight.vehicle import GRAVITY, vehicle_named
 from subgoal.posterior.posterior import Posterior
+from subgoal.runtime.checks import Floats
 from subgoal.runtime.errors import InputError, StoppedError
 from subgoal.runtime.progress import Silent
 from subgoal.teach.picture import HALF_WIDTH, HEIGHT
@@ -38,7 +39,8 @@ class Watched(Silent):
 
 
 def flown(posterior: Posterior, most_seconds: float, wanted: Callable[[], bool]) -> dict[str, Any]:
-    """A flight over the subgoals: places, tilts and thrust (1 is hovering) at a few times, and how well it followed.
+    """A flight over the subgoals: places, tilts and thrust (1 is hovering) at a few times, its stops in order, and how
+    well it followed.
 
     Raises ``InputError`` where there are no two subgoals to fly between or the flight is longer than ``most_seconds``,
     ``MissingExtraError`` without ``flight``, and ``StoppedError`` soon after it is not ``wanted`` any more.
@@ -63,10 +65,21 @@ def flown(posterior: Posterior, most_seconds: float, wanted: Callable[[], bool])
         "z": flight.shown[rows, 1].tolist(),
         "tilt": flight.angles[rows].tolist(),
         "thrust": (flight.thrust[rows] / weight).tolist(),
+        "stops": _stops(flight, flight.times[rows]),
         "rmse": error.rmse,
         "largest": error.largest,
         "summary": _summary(flight, error.rmse, error.largest, points.units, scale),
     }
+
+
+def _stops(flight: Flight, told: Floats) -> list[dict[str, Any]]:
+    """Each waypoint in the order of the route, and which of the times told is the first at which it is due."""
+    at = flight.route.waypoint
+    rows = np.searchsorted(told, np.minimum(flight.path.arrivals, told[-1]))
+    return [
+        {"y": float(y), "z": float(z), "row": int(row)}
+        for (y, z), row in zip(flight.waypoints.positions[at[at >= 0]], rows[at >= 0], strict=True)
+    ]
 
 
 def metres_per_unit(points: Waypoints) -> float:

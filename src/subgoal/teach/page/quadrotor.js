@@ -2,7 +2,6 @@
 
 const ARM = 0.17; // metres from hub to rotor, drawn
 const LEAST_ARM = 20; // pixels
-const ABOUT = 0.01; // of the height of the plane
 
 // Draws the flight as it is at ``now`` (milliseconds); true while it goes on.
 export function drawFlight(c, plane, flight, now) {
@@ -21,15 +20,13 @@ export function drawFlight(c, plane, flight, now) {
   return time < last;
 }
 
-// The counted subgoals in the order in which a flight comes to them: for each, the last row about as near as any.
+// The subgoals in the order in which a flight comes to them, by their numbers on the page.
 export function orderOf(flight, plane) {
-  const order = plane.answer.subgoals.flatMap((goal, k) => {
-    if (!goal.counted) return [];
-    const far = flight.y.map((y, i) => Math.hypot(y - goal.y, flight.z[i] - goal.z));
-    const enough = Math.min(...far) + ABOUT * plane.height;
-    return [{ name: plane.slots[k] + 1, row: far.findLastIndex((each) => each <= enough) }];
+  const goals = plane.answer.subgoals;
+  return flight.stops.map((stop) => {
+    const far = goals.map((goal) => Math.hypot(goal.y - stop.y, goal.z - stop.z));
+    return { name: plane.slots[far.indexOf(Math.min(...far))] + 1, row: stop.row };
   });
-  return order.sort((a, b) => a.row - b.row);
 }
 
 function trail(c, plane, flight, until) {
