@@ -25,10 +25,11 @@ LATER = tuple((t + 20, y, z) for t, y, z in SQUARE)
 
 
 class Stuck:
-    """A workshop in which what is asked for in some lanes never comes."""
+    """A workshop in which what is asked for in some lanes never comes; ``meanwhile`` happens during the first work."""
 
     def __init__(self, *stuck: Lane) -> None:
         self.stuck, self.asked, self.left = stuck, [], 0
+        self.meanwhile: list[Callable[[], None]] = []
 
     async def do(self, lane: Lane, work: Callable[..., Any], *arguments: Any) -> Any:
         self.asked.append(lane)
@@ -39,7 +40,10 @@ class Stuck:
         except asyncio.CancelledError:
             self.left += 1
             raise
-        return work(*arguments)
+        found = work(*arguments)
+        while self.meanwhile:
+            self.meanwhile.pop()()
+        return found
 
 
 class Hand:
@@ -112,11 +116,9 @@ def test_nothing_waits_for_a_default_run_and_it_is_left_when_one_draws_on() -> N
 def test_an_answer_to_what_has_changed_since_is_not_said() -> None:
     async def drawn() -> None:
         hand = Hand()
+        hand.workshop.meanwhile.append(lambda: hand.do("clear"))
         for kind, *given in (("begin",), ("add", SQUARE), ("lift",)):
             hand.do(kind, *given)
-        while Lane.WAITED_FOR not in hand.workshop.asked:
-            await asyncio.sleep(0)
-        hand.do("clear")
         message = await asyncio.wait_for(hand.said.get(), LONG)
         assert (message["number"], message["subgoals"]) == (hand.number, [])
 

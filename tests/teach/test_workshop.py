@@ -57,8 +57,8 @@ def test_threads_do_not_hold_up_the_end_of_the_process() -> None:
     before = set(threading.enumerate())
     workshop = Workshop()
     made = set(threading.enumerate()) - before
-    assert {thread.daemon for thread in made} == {True}
     workshop.close()
+    assert {thread.daemon for thread in made} == {True}
 
 
 def test_threads_end_when_the_workshop_closes() -> None:
