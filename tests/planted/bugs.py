@@ -6,6 +6,7 @@ from tests.planted.bug import Bug
 from tests.planted.companion_bugs import COMPANION_BUGS
 from tests.planted.compare_bugs import COMPARE_BUGS
 from tests.planted.continuous_bugs import CONTINUOUS_BUGS
+from tests.planted.display_bugs import DISPLAY_BUGS
 from tests.planted.dynamics_bugs import DYNAMICS_BUGS
 from tests.planted.envelope_bugs import ENVELOPE_BUGS
 from tests.planted.expertise_bugs import EXPERTISE_BUGS
@@ -161,5 +162,5 @@ BUGS = [
     *SAMPLERS, *LIKELIHOODS, *RESULTS, *FILES, *WORLDS, *SAMPLER_BUGS, *COMPANION_BUGS, *LEARNING_BUGS,
     *PERSISTENCE_BUGS, *STICKY_AND_GROUP_BUGS, *SUMMARY_BUGS, *WALK_BUGS, *MARGIN_BUGS, *ENTROPY_BUGS,
     *PRIOR_BUGS, *COMPARE_BUGS, *SHARDED_BUGS, *ENVELOPE_BUGS, *REGRESSION_BUGS, *CONTINUOUS_BUGS, *DYNAMICS_BUGS,
-    *OPTION_BUGS, *POSE_BUGS, *EXPERTISE_BUGS, *FLIGHT_BUGS, *STREAMING_BUGS, *TEACH_BUGS,
+    *OPTION_BUGS, *POSE_BUGS, *EXPERTISE_BUGS, *FLIGHT_BUGS, *STREAMING_BUGS, *TEACH_BUGS, *DISPLAY_BUGS,
 ]  # fmt: skip

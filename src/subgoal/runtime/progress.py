@@ -8,6 +8,8 @@ from types import TracebackType
 from typing import Any, Protocol
 
 LINE_EVERY = 10.0
+RATE_AFTER = 2.0
+"""Seconds of work after which a rate is told."""
 
 
 class Progress(Protocol):
@@ -54,30 +56,43 @@ class Noted:
         self._display.update(done, total, f"{self._note} {note}".rstrip())
 
 
+class Pace:
+    """Steps in a second from the first that is done: what comes before it, compilation for one, is none of them."""
+
+    def __init__(self) -> None:
+        self._since: tuple[float, int] | None = None
+
+    def at(self, done: int) -> float | None:
+        """Told with every update; None until there has been work for two seconds after the first step."""
+        now = time.monotonic()
+        if self._since is None:
+            self._since = (now, done) if done else None
+            return None
+        begin, first = self._since
+        return (done - first) / (now - begin) if done > first and now - begin >= RATE_AFTER else None
+
+
 class Lines:
     """A plain line every ten seconds, for logs; unless ``even``, steps take unlike times and foretell no time left."""
 
     def __init__(self, what: str, *, even: bool = True) -> None:
-        self._what, self._begin, self._last = what, time.monotonic(), time.monotonic()
-        self._even = even
-        self._first: int | None = None
+        self._what, self._last = what, time.monotonic()
+        self._even, self._pace = even, Pace()
 
     def __enter__(self) -> Lines:
-        self._begin, self._first = time.monotonic(), None
+        self._pace = Pace()
         return self
 
     def __exit__(self, *failure: Any) -> None:
         return None
 
     def update(self, done: int, total: int, note: str = "") -> None:
-        """Print rate and time left when a line is due."""
-        now = time.monotonic()
-        self._first = done if self._first is None else self._first
+        """Print a line when one is due, with rate and time left once they are known."""
+        now, rate = time.monotonic(), self._pace.at(done)
         if now - self._last < LINE_EVERY or not done:
             return
         self._last = now
-        rate = max(done - self._first, 1) / (now - self._begin)
-        pace = f", {rate:.3g}/s, {(total - done) / rate:.0f} s left" if self._even else ""
+        pace = f", {rate:.3g}/s, {(total - done) / rate:.0f} s left" if self._even and rate else ""
         print(f"{self._what}: {done}/{total}{pace} {note}", file=sys.stderr)
 
 
@@ -96,11 +111,10 @@ class Bar:
         )  # fmt: skip
         self._display = RichProgress(*columns, console=Console(stderr=True), transient=True)
         self._task = self._display.add_task(what, total=None, rate="", note="")
-        self._begin = time.monotonic()
-        self._first: int | None = None
+        self._pace = Pace()
 
     def __enter__(self) -> Bar:
-        self._begin, self._first = time.monotonic(), None
+        self._pace = Pace()
         self._display.start()
         return self
 
@@ -111,9 +125,9 @@ class Bar:
 
     def update(self, done: int, total: int, note: str = "") -> None:
         """Move the bar."""
-        self._first = done if self._first is None else self._first
-        rate = f"{(done - self._first) / max(time.monotonic() - self._begin, 1e-9):,.0f}/s"
-        self._display.update(self._task, completed=done, total=total, rate=rate, note=note)
+        rate = self._pace.at(done)
+        told = f"{rate:,.0f}/s" if rate else ""
+        self._display.update(self._task, completed=done, total=total, rate=told, note=note)
 
 
 def progress_display(what: str, *, quiet: bool = False, even: bool = True) -> Progress:
