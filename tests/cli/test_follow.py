@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+import subgoal as library
 from subgoal.cli.display import Display, line_of, table_of
-from subgoal.posterior.archive import load
 from subgoal.streaming import Stream
 from tests.cli.conftest import QUICK
 
@@ -35,6 +35,8 @@ def test_it_leaves_the_folder_that_learn_leaves(subgoal, corner: Path, tmp_path:
     assert sorted(f.name for f in (tmp_path / "a").iterdir()) == sorted(f.name for f in (tmp_path / "b").iterdir())
     assert "2 subgoals with at least 5 % of 82 observations in 2 trajectories" in followed.out
     assert (tmp_path / "a" / "segments.csv").read_text().count("\na,") == 2
+    headings = [library.load(tmp_path / name / "posterior.npz").demonstrations.source.name for name in "ab"]
+    assert headings == [corner.name] * 2
 
 
 def test_lines_tell_the_subgoals_that_appear(subgoal, corner: Path, tmp_path: Path) -> None:
@@ -54,7 +56,7 @@ def test_bad_lines_are_told_and_left_out(subgoal, corner: Path, tmp_path: Path) 
     answer = subgoal("follow", corner, "-i", "id", *MODEL, *SHORT, "--out", tmp_path / "a")
     assert answer.code == 0
     assert "line 6 is left out: line: found could not convert string to float: 'soon'" in answer.err
-    assert "line 7 is left out: line: found 2 fields, wanted at least 4" in answer.err
+    assert "line 7 is left out: line: found 2 fields, wanted 4, as the header has" in answer.err
     assert "line 12 is left out: time: found 0 after 3.5, wanted a later one" in answer.err
     assert f"line {len(worse)} is left out: trajectory: found 'a' again" in answer.err
     assert "82 observations in 2 trajectories" in answer.out
@@ -72,6 +74,7 @@ BAD = {
     "no radius": (("--epsilon", "0"), "radius"),
     "a radius that is not a number": (("--epsilon", "nan"), "radius"),
     "no draws": (("--draws", "0"), "draws"),
+    "no sweeps between draws": (("--thin", "0"), "thin"),
     "patience below zero": (("--wait", "-1"), "wait"),
     "one weight": (("--weights", "1"), "weights"),
     "one period": (("--period", "1"), "period"),
@@ -170,9 +173,25 @@ def test_gaps_are_cut_as_learn_cuts_them(subgoal, tmp_path: Path) -> None:
     followed = subgoal("follow", *words, *SHORT, "--out", tmp_path / "a")
     learned = subgoal("learn", *words, *QUICK, "--out", tmp_path / "b")
     assert (followed.code, followed.err, learned.code) == (0, "", 0)
-    streamed, whole = (load(tmp_path / name / "posterior.npz").demonstrations for name in "ab")
+    streamed, whole = (library.load(tmp_path / name / "posterior.npz").demonstrations for name in "ab")
     assert streamed.trajectory_names == whole.trajectory_names == ("T0/0", "T0/1", "T0/2")
     np.testing.assert_array_equal(streamed.states, whole.states)
+
+
+def test_draws_are_made_as_asked(subgoal, corner: Path, tmp_path: Path) -> None:
+    answer = subgoal(
+        "follow", corner, "-i", "id", *MODEL, *SHORT, "--warmup", "7", "--thin", "3", "--out", tmp_path / "a"
+    )
+    assert answer.code == 0
+    made = library.load(tmp_path / "a" / "posterior.npz").settings
+    assert (made.draws, made.warmup, made.thin) == (60, 7, 3)
+
+
+def test_a_table_with_decimal_commas_is_followed(subgoal, corner: Path, tmp_path: Path) -> None:
+    corner.write_text(corner.read_text().replace(",", ";").replace(".", ","))
+    answer = subgoal("follow", corner, "-i", "id", *MODEL, *SHORT, "--out", tmp_path / "a")
+    assert (answer.code, answer.err) == (0, "")
+    assert "82 observations in 2 trajectories" in answer.out
 
 
 @pytest.mark.parametrize("words", [("-p", "x,x"), ("-p", "x,t"), ("-p", "x,y", "-i", "y")])

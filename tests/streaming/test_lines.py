@@ -78,12 +78,24 @@ def test_columns_are_found_by_name() -> None:
     assert Columns.of("t,x:y", position=("t,x",), time="y", separator=":").row("1:2") == (2.0, (1.0,), "")
 
 
+def test_numbers_may_have_a_decimal_comma_where_no_comma_parts_columns() -> None:
+    assert Columns.of("t;x", position=("x",), time="t").row("0,5;-1,25")[:2] == (0.5, (-1.25,))
+    assert Columns.of("t;x", position=("x",), time="t").row("0.5;-1.25")[:2] == (0.5, (-1.25,))
+    assert Columns.of("t,x", position=("x",), time="t", decimal=",").row('"0,5","-1,25"')[:2] == (0.5, (-1.25,))
+    with pytest.raises(InputError, match="'0,5', wanted numbers"):
+        Columns.of("t;x", position=("x",), time="t", decimal=".").row("0,5;1")
+
+
 def test_a_column_that_is_not_there_is_told() -> None:
     with pytest.raises(ReadError, match="header at line 1: found columns a, b, wanted columns x, t"):
         Columns.of("a,b", position=("x",), time="t")
 
 
-@pytest.mark.parametrize(("line", "told"), [("1", "1 fields, wanted at least 2"), ("1,here", "'here', wanted numbers")])
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [("1", "1 fields, wanted 2"), ("1,2,3", "3 fields, wanted 2, as the header has"),
+     ("1,here", "'here', wanted numbers")],
+)  # fmt: skip
 def test_a_line_that_is_no_sample_is_told(line: str, told: str) -> None:
     with pytest.raises(InputError, match=told):
         Columns.of("t,x", position=("x",), time="t").row(line)

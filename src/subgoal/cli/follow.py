@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from subgoal.streaming import Stream
 
 MODEL = "Model"
-WARMUP = 200
 
 
 def follow(
@@ -38,6 +37,8 @@ def follow(
         float | None, typer.Option(help="Places within it are one subgoal; default 5ε.", rich_help_panel=MODEL)
     ] = None,
     draws: Annotated[int, typer.Option(help="Kept draws per chain, at the end.")] = 1000,
+    warmup: Annotated[int, typer.Option(help="Sweeps before the first kept draw.")] = 200,
+    thin: Annotated[int, typer.Option(help="Sweeps between kept draws.")] = 2,
     seed: Annotated[int, typer.Option("--seed", "-s")] = 0,
     wait: Annotated[
         float | None, typer.Option(help="End after so many seconds without a new line; else Ctrl-C ends it.")
@@ -54,6 +55,7 @@ def follow(
     window: Annotated[int, typer.Option(help="Samples a velocity spans.", rich_help_panel=o.READING)] = 2,
     max_gap: o.MaxGap = None,
     separator: o.Separator = None,
+    decimal: o.Decimal = None,
 ) -> None:
     """Learn subgoals while a recording is written; at its end, or at Ctrl-C, write what learn writes.
 
@@ -68,30 +70,31 @@ def follow(
     """
     from subgoal.cli.compose import output_folder, tell_replaced
     from subgoal.cli.display import Display
-    from subgoal.cli.following import Following
+    from subgoal.cli.following import Following, source_told
     from subgoal.demonstrations.metric import Metric
     from subgoal.runtime.checks import positive, whole
     from subgoal.streaming import Stream
 
     names = tuple(o.words(position) or ())
     _all_different([*names, time or "t", *([trajectory] if trajectory else [])])
-    draws = whole("draws", draws)
+    how = {"draws": whole("draws", draws), "warmup": whole("warmup", warmup, least=0), "thin": whole("thin", thin)}
     merge_radius = None if merge_radius is None else positive("merge_radius", merge_radius, zero=True)
     patience = float("inf") if wait is None else positive("wait", wait, zero=True)
     metric = Metric.of(len(names), o.numbers("--weights", weights), o.numbers("--period", period))
     stream = Stream(
         names=names, radius=epsilon, confidence=confidence, concentration=concentration, rate=rate or None,
-        window=window, max_gap=max_gap, metric=metric, units=units or "", seed=seed,
+        window=window, max_gap=max_gap, metric=metric, units=units or "", seed=seed, source=source_told(file),
     )  # fmt: skip
     with output_folder(out) as folder:
         tell_replaced(folder, quiet=quiet)
         display = Display(quiet=quiet, merge_radius=merge_radius)
         following = Following(stream, display, out=folder, rate=rate or None, max_gap=max_gap)
         following.read(
-            file, position=names, time=time or "t", trajectory=trajectory, separator=separator, patience=patience
-        )
+            file, position=names, time=time or "t", trajectory=trajectory, separator=separator, decimal=decimal,
+            patience=patience,
+        )  # fmt: skip
         _check_moved(stream, names)
-        _write(stream, folder, draws, merge_radius=merge_radius, y_down=y_down, quiet=quiet)
+        _write(stream, folder, how, merge_radius=merge_radius, y_down=y_down, quiet=quiet)
 
 
 def _all_different(names: list[str]) -> None:
@@ -118,7 +121,9 @@ def _check_moved(stream: Stream, names: Sequence[str]) -> None:
         )  # fmt: skip
 
 
-def _write(stream: Stream, folder: Path, draws: int, *, merge_radius: float | None, y_down: bool, quiet: bool) -> None:
+def _write(
+    stream: Stream, folder: Path, how: dict[str, int], *, merge_radius: float | None, y_down: bool, quiet: bool
+) -> None:
     """New draws of all that came, and the folder that ``learn`` writes."""
     import warnings
 
@@ -128,7 +133,7 @@ def _write(stream: Stream, folder: Path, draws: int, *, merge_radius: float | No
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
-        posterior = stream.posterior(draws, warmup=WARMUP)
+        posterior = stream.posterior(**how)
     results = write(posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=False, quiet=quiet)
     if not quiet:
         print_results(posterior, results, folder)

@@ -43,7 +43,7 @@ class Following:
 
     def read(
         self, name: str, *, position: Sequence[str], time: str, trajectory: str | None, separator: str | None,
-        patience: float,
+        decimal: str | None, patience: float,
     ) -> None:  # fmt: skip
         """All lines of a file, or of "-", until its end, ``patience`` seconds without any, or Ctrl-C.
 
@@ -58,7 +58,8 @@ class Following:
             header = next((line for _, line in numbered if line is not None), None)
             if header is None:
                 raise InputError("file", where=name, found="no line", wanted="a header and samples")
-            columns = Columns.of(header, position=position, time=time, trajectory=trajectory, separator=separator)
+            columns = Columns.of(header, position=position, time=time, trajectory=trajectory, separator=separator,
+                                 decimal=decimal)  # fmt: skip
             for number, line in numbered:
                 if line is None:
                     self._stream.rejuvenate()
@@ -134,6 +135,11 @@ class Following:
             print(f"subgoal: warning: {told} are made up between them, on a straight line. "
                   "--max-gap cuts there, and so does another value in the column of --trajectory.",
                   file=sys.stderr)  # fmt: skip
+
+
+def source_told(name: str) -> str:
+    """The name of a file without its folders, as ``learn`` has it."""
+    return "standard input" if name == STANDARD_INPUT else Path(name).name
 
 
 def _opened(name: str) -> Source:

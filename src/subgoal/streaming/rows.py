@@ -25,9 +25,11 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Columns:
-    """Where in a line what stands, as its header says."""
+    """Where in a line what stands, as its header says: ``width`` fields, numbers with ``decimal`` sign."""
 
     separator: str
+    width: int
+    decimal: str
     time: int
     position: tuple[int, ...]
     trajectory: int | None
@@ -35,9 +37,12 @@ class Columns:
     @classmethod
     def of(
         cls, header: str, *, position: Sequence[str], time: str, trajectory: str | None = None,
-        separator: str | None = None,
+        separator: str | None = None, decimal: str | None = None,
     ) -> Columns:  # fmt: skip
-        """From the line with the names of the columns; ``ReadError`` where one is missing."""
+        """From the line with the names of the columns; ``ReadError`` where one is missing.
+
+        Numbers may have a decimal comma where a comma separates no columns, unless ``decimal`` says which it is.
+        """
         sign = separator or max(SEPARATORS, key=header.count)
         try:
             names = [name.strip() for name in _split(header, sign)]
@@ -49,16 +54,17 @@ class Columns:
             raise ReadError("header", where="line 1", found=f"columns {', '.join(names)}",
                             wanted=f"columns {', '.join(wanted)}")  # fmt: skip
         place = tuple(names.index(name) for name in position)
-        return cls(sign, names.index(time), place, None if trajectory is None else names.index(trajectory))
+        own = (None if sign == "," else ",") if decimal is None else decimal
+        kind = None if trajectory is None else names.index(trajectory)
+        return cls(sign, len(names), own or ".", names.index(time), place, kind)
 
     def row(self, line: str) -> Row:
-        """The sample of a line; ``InputError`` for a field that is missing or no number."""
+        """The sample of a line; ``InputError`` for another number of fields, and for what is no number."""
         fields = _split(line, self.separator)
-        last = max(self.time, *self.position, self.trajectory or 0)
-        if len(fields) <= last:
-            raise InputError("line", found=f"{len(fields)} fields", wanted=f"at least {last + 1}")
+        if len(fields) != self.width:
+            raise InputError("line", found=f"{len(fields)} fields", wanted=f"{self.width}, as the header has")
         try:
-            time, *place = (float(fields[k]) for k in (self.time, *self.position))
+            time, *place = (float(fields[k].replace(self.decimal, ".")) for k in (self.time, *self.position))
         except ValueError as problem:
             raise InputError("line", found=_short(str(problem)), wanted="numbers") from None
         return Row(time, tuple(place), "" if self.trajectory is None else fields[self.trajectory].strip())

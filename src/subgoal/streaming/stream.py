@@ -60,6 +60,8 @@ class Stream:
         around 0 once a coordinate below 0 came, as ``demonstrate`` has it.
     units, time_unit:
         Of places and times, for tables and pictures.
+    source:
+        Where the samples come from, in words.
     chains, seed:
         Chain k depends on the data, on what was asked when, on ``seed`` and on k alone.
     """
@@ -78,6 +80,7 @@ class Stream:
         metric: Metric | None = None,
         units: str = "",
         time_unit: str = "s",
+        source: str = "stream",
         chains: int = 4,
         seed: int = 0,
     ) -> None:
@@ -92,7 +95,7 @@ class Stream:
         self._window = whole("window", window, least=2)
         self._times = Growing()
         self._max_gap = np.inf if max_gap is None else positive("max_gap", max_gap)
-        self._trajectories, self._lowest = Trajectories(), np.full(d, np.inf)
+        self._trajectories, self._lowest = Trajectories(text("source", source)), np.full(d, np.inf)
         self._track = self._new_track()
         self._at = 0
         self._record: tuple[int, LogLikelihood] | None = None

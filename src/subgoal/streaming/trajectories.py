@@ -17,8 +17,8 @@ class Trajectories:
         Counts of what was cut and dropped.
     """
 
-    def __init__(self) -> None:
-        self.source = Source("stream")
+    def __init__(self, source: str) -> None:
+        self.source = Source(source)
         self._starts = [0]
         self._ends: list[Floats] = []
         self._truncated: list[bool] = []
