@@ -104,6 +104,13 @@ def test_bad_input_is_refused(points, radius, first, message):
         epsilon_net_indices(points, radius, Metric.euclidean(2), first)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("far", "weight"), [(1e300, 1.0), (1e308, 1.0), (1e10, 1e300)])
+def test_points_too_far_apart_are_refused_without_a_warning(far, weight):
+    with pytest.raises(InputError, match="too far apart"):
+        epsilon_net_indices([[-far, 0.0], [far, 1.0]], 1, Metric.of(2, [weight, 1.0]))
+
+
 def test_no_points_give_no_rows():
     assert epsilon_net_indices(np.empty((0, 2)), 1, Metric.euclidean(2)).shape == (0,)
 

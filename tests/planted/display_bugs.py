@@ -5,6 +5,7 @@ from __future__ import annotations
 from tests.planted.bug import Bug
 
 PROGRESS, PACE = "runtime/progress.py", "runtime/test_progress.py::test_"
+THINNING, NET = "demonstrations/thinning.py", "demonstrations/test_thinning.py::test_"
 
 DISPLAY_BUGS = [
     Bug("the start is part of the rate", PROGRESS, "(now, done) if done else None", "(now - now, 0)",
@@ -15,4 +16,6 @@ DISPLAY_BUGS = [
         PACE + "a_moment_after_the_first_step_foretells_nothing"),
     Bug("what was done before counts in the rate", PROGRESS, "(done - first) / (now - begin)", "done / (now - begin)",
         PACE + "what_was_done_before_is_no_part_of_the_rate"),
+    Bug("squares overflow aloud", THINNING, "        squared =", "    squared =",
+        NET + "points_too_far_apart_are_refused_without_a_warning[1e+300-1.0]"),
 ]  # fmt: skip

@@ -109,7 +109,8 @@ def _hash_grid(points: Floats, radius: float, metric: Metric) -> tuple[Ints, Flo
     """Axes (−1: none), origin, cell width and cells around a period of the hashed axes, each of shape (3,)."""
     with np.errstate(over="ignore"):
         extent = np.minimum(np.ptp(points, axis=0), metric.period)
-    if not np.isfinite(extent * metric.weights).all() or not np.isfinite((extent * metric.weights) ** 2).all():
+        squared = (extent * metric.weights) ** 2
+    if not np.isfinite(squared).all():
         raise InputError("points", found="coordinates too far apart", wanted="differences whose square is finite")
     axes = np.full(HASHED_AXES, -1)
     widest = np.argsort(-extent * metric.weights, kind="stable")[:HASHED_AXES]
