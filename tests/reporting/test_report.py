@@ -152,10 +152,16 @@ def test_numbers_of_the_tables(tmp_path: Path) -> None:
     assert f"{100 * goal.share:.0f} %" in told
     assert f"{100 * goal.share_interval[0]:.0f}–{100 * goal.share_interval[1]:.0f} %" in told
     assert f"Table of {len(cut)} segments" in told
-    for fact in ("walks.csv", "rows dropped", "collapsed_blocks", posterior.settings.data, "Position [m]", "0.1.0"):
+    for fact in ("walks.csv", "rows dropped", "collapsed_blocks", posterior.settings.data, "0.1.0"):
         assert fact in told
+    assert "Position (x$0, x$1) [m]" in told
     for name in posterior.diagnostics:
         assert name in told
+
+
+def test_what_the_scene_leaves_out_is_a_sentence(tmp_path: Path) -> None:
+    page, _ = page_of(tmp_path, dimension=5)
+    assert any(text.endswith("hides a subgoal.\nFirst 3 of 5 dimensions.") for text in page.text)
 
 
 def test_only_the_first_segments_are_listed(tmp_path: Path) -> None:

@@ -136,7 +136,7 @@ def _first_screen(
 {_badge(posterior.status)}</header>
 <div class="first"><div class="card"><div class="plot" id="scene"></div>
 <p class="note">Discs are subgoals, grey lines trajectories; a click in the legend hides a subgoal.
-{text(note and note + ".")}</p></div>
+{text(note and note[0].upper() + note[1:] + ".")}</p></div>
 <div class="card"><h2>Subgoals</h2>{subgoal_table(posterior, found)}</div></div>"""
 
 

@@ -14,6 +14,7 @@ from subgoal.plots.words import decimals, extent_of, marker_label, percent
 from subgoal.posterior.posterior import Posterior
 from subgoal.reporting.interactive import Figure, axis, layout
 from subgoal.reporting.safe import label
+from subgoal.reporting.sides import Sides, sides_of
 from subgoal.runtime.checks import Floats
 
 MOST_POINTS = 5_000
@@ -49,7 +50,11 @@ def scene_figure(posterior: Posterior, found: Subgoals, cut: Segments, *, y_down
             data.append(_observations(posterior, found, cut, k, rows, coordinates, y_down=y_down, part=part))
     for goal in reversed(found.listed):
         data += _goal(posterior, goal, dimension, digits, coordinates)
-    return {"data": data, "layout": _layout(posterior, dimension, y_down)}, "; ".join(notes)
+    if dimension < 3:
+        return {"data": data, "layout": _flat_layout(posterior, dimension, y_down)}, "; ".join(notes)
+    sides = sides_of(posterior, np.column_stack([np.concatenate([t[letter] for t in data]) for letter in LETTERS]))
+    notes += [] if sides.equal else ["each axis has a scale of its own"]
+    return {"data": data, "layout": _solid_layout(posterior, sides, y_down)}, "; ".join(notes)
 
 
 def _round(values: Floats, digits: int) -> Floats:
@@ -155,18 +160,26 @@ def _disc(common: Trace, goal: Subgoal, spot: Floats) -> Trace:
     }  # fmt: skip
 
 
-def _layout(posterior: Posterior, dimension: int, y_down: bool) -> dict[str, Any]:
+def _titles(posterior: Posterior) -> list[str]:
     demos = posterior.demonstrations
-    titles = [with_unit(name, demos.units) for name in demos.names[:3]]
+    return [with_unit(name, demos.units) for name in demos.names[:3]]
+
+
+def _flat_layout(posterior: Posterior, dimension: int, y_down: bool) -> dict[str, Any]:
+    titles = _titles(posterior)
     if dimension == 1:
-        return layout(500, xaxis=axis(clock_of(demos)[1]), yaxis=axis(titles[0]))
+        return layout(500, xaxis=axis(clock_of(posterior.demonstrations)[1]), yaxis=axis(titles[0]))
     turned = {"autorange": "reversed"} if y_down else {}
-    if dimension == 2:
-        return layout(500, xaxis=axis(titles[0]), yaxis=axis(titles[1], scaleanchor="x", **turned))
-    axes = {f"{letter}axis": axis(title) for letter, title in zip(LETTERS, titles, strict=True)}
-    axes["yaxis"] |= turned
-    for each in axes.values():
+    return layout(500, xaxis=axis(titles[0]), yaxis=axis(titles[1], scaleanchor="x", **turned))
+
+
+def _solid_layout(posterior: Posterior, sides: Sides, y_down: bool) -> dict[str, Any]:
+    axes = {}
+    for letter, title, low, high in zip(LETTERS, _titles(posterior), sides.low, sides.high, strict=True):
+        ends = [high, low] if y_down and letter == "y" else [low, high]
+        each = axes[f"{letter}axis"] = axis(title, range=ends)
         each["title"].pop("standoff")
         each.pop("automargin")
-    scene = {**axes, "aspectmode": "data", "camera": {"eye": {"x": 1.5, "y": -1.65, "z": 0.9}}}
+    box = {"aspectmode": "manual", "aspectratio": dict(zip(LETTERS, sides.ratio, strict=True))}
+    scene = {**axes, **box, "camera": {"eye": {"x": 1.5, "y": -1.65, "z": 0.9}}}
     return layout(520, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0})

@@ -64,7 +64,7 @@ def short(share: float) -> str:
 
 def subgoal_table(posterior: Posterior, found: Subgoals) -> str:
     """One row per listed subgoal."""
-    extent, unit = extent_of(posterior), posterior.demonstrations.units
+    extent, demos = extent_of(posterior), posterior.demonstrations
     digits = decimals(extent)
     rows = []
     for k, goal in enumerate(found.listed):
@@ -77,7 +77,9 @@ def subgoal_table(posterior: Posterior, found: Subgoals) -> str:
             str(len(goal.members)),
             f"{goal.radius:.{digits}f}" if goal.radius else "0",
         ))  # fmt: skip
-    position, radius = (text(with_unit(what, unit)) for what in ("Position", "Radius"))
+    named = len(demos.names) == posterior.candidates.points.shape[1]
+    place = f"Position ({', '.join(demos.names)})" if named else "Position"
+    position, radius = (text(with_unit(what, demos.units)) for what in (place, "Radius"))
     heads = ("Subgoal", position, "Share", f"P(≥ {percent(LISTED_FROM)})", "Members", radius)
     return table(heads, rows)
 
