@@ -69,6 +69,12 @@ def test_a_flip_is_flown_upside_down(subgoal, tmp_path):
     [
         ("waypoints", ("--out", "w.txt"), "ends in .csv, .json"),
         ("waypoints", ("--out", "w.csv", "--least-share", "0.9"), "least_share"),
+        (
+            "waypoints",
+            ("--out", "w.csv", "--frame", "a", "--height", "2"),
+            "--frame and --height: found given, wanted none",
+        ),
+        ("waypoints", ("--out", "w.mcap", "--plane", "up"), "plane: found 'up'"),
         ("fly", ("--plane", "up"), "plane: found 'up'"),
         ("fly", ("--smoothing", "curvy"), "smoothing: found 'curvy', wanted 'stop' or 'through'"),
         ("fly", ("--one-pass", "--rounds", "2"), "rounds: found 2, wanted 1"),
@@ -83,6 +89,30 @@ def test_bad_input_is_told_and_nothing_is_written(subgoal, learned, monkeypatch,
     answer = subgoal(command, learned, *words)
     assert (answer.code, message in answer.err) == (2, True), answer.err
     assert [path.name for path in learned.iterdir()] == ["posterior.npz"]
+
+
+def test_what_to_know_of_the_subgoals_is_told_with_them(subgoal, learned, tmp_path, monkeypatch):
+    drawn, known = [], "NOT CONVERGED: more sweeps are needed"
+    monkeypatch.setattr("subgoal.plots.files.save_figure", lambda figure, *_: drawn.append(figure))
+    assert known in subgoal("waypoints", learned, "--out", tmp_path / "w.csv").out
+    assert known in subgoal("fly", learned, "--no-film").out
+    assert json.loads((learned / "flight" / "flight.json").read_text())["notes"][0].startswith(known)
+    assert any(known in text.get_text() for text in drawn[0].texts)
+
+
+def test_a_film_of_another_flight_is_taken_away(subgoal, learned):
+    (learned / "flight").mkdir()
+    (learned / "flight" / "flight.gif").write_bytes(b"old")
+    subgoal("fly", learned, "--no-film")
+    assert not (learned / "flight" / "flight.gif").exists()
+
+
+def test_places_are_merged_as_in_the_results_unless_told(subgoal, learned):
+    (learned / "summary.json").write_text('{"merge_radius": 9.0}')
+    assert "1 waypoint, by number" in subgoal("waypoints", learned, "--out", learned / "w.csv").out
+    assert "1 waypoint, by number" in subgoal("fly", learned, "--no-film").out
+    for words in (("waypoints", learned, "--out", learned / "w.csv"), ("fly", learned, "--no-film")):
+        assert "4 waypoints, by number" in subgoal(*words, "--merge-radius", 0.3).out
 
 
 @pytest.mark.parametrize(("words", "downwards"), [((), True), (("--no-y-down",), False)])

@@ -22,6 +22,8 @@ from subgoal.cli.wording import as_typed
         ("found min_likelihood=, wanted", "found --min-likelihood, wanted"),
         ("resample with rate=2.5, split", "resample with --rate 2.5, split"),
         ("for example with thin=, or", "for example with --thin-radius, or"),
+        ("Try: quiet=True (--quiet), or more", "Try: --quiet, or more"),
+        ("a larger window= (--window), or", "a larger --window, or"),
         ("or model=None, the exchangeable model", "or no --learn-all, the exchangeable model"),
         ("load(path, mdp=mdp)", "load(path, mdp=mdp)"),
         ("a value of colour='red'", "a value of colour='red'"),

@@ -14,9 +14,11 @@ from subgoal.flight import Waypoints, read_waypoints, waypoints, write_waypoints
 from subgoal.runtime.errors import InputError, MissingExtraError, ReadError
 from tests.flight.made import flip, loop, square
 
-FIELDS = ("names", "cyclic", "dimensions", "units", "period")
+FIELDS = ("names", "cyclic", "dimensions", "units", "period", "notes")
 ARRAYS = ("positions", "labels", "dwell", "start", "turns", "roundness")
-CORNERS = Waypoints(np.array([[0.0, 0.0], [1.5, 0.25]]), ("door", "kiosk, north"), [4, 2], [0.0, 2.5], True)
+CORNERS = Waypoints(
+    np.array([[0.0, 0.0], [1.5, 0.25]]), ("door", "kiosk, north"), [4, 2], [0.0, 2.5], True, notes=("a note",)
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -34,6 +36,16 @@ def test_a_table_holds_places_labels_names_and_dwells(tmp_path) -> None:
     np.testing.assert_array_equal(again.positions, CORNERS.positions)
     np.testing.assert_array_equal(again.dwell, CORNERS.dwell)
     assert (again.names, again.labels.tolist(), again.units) == (CORNERS.names, [4, 2], "cm")
+
+
+def test_a_table_holds_the_unit(tmp_path) -> None:
+    path = write_waypoints(replace(CORNERS, units="mm"), tmp_path / "w.csv")
+    assert read_waypoints(path).units == "mm"
+    assert read_waypoints(path, units="cm").units == "cm"
+    assert read_waypoints(write_waypoints(CORNERS, tmp_path / "w.csv")).units == "m"
+    path.write_text("x,y,unit\n0,0,mm\n1,1,m\n")
+    with pytest.raises(ReadError, match="line 3, column unit: found 'm', wanted 'mm', as in the lines before"):
+        read_waypoints(path)
 
 
 def test_a_table_needs_coordinates_alone(tmp_path) -> None:
@@ -144,11 +156,34 @@ def test_names_of_several_lines_come_back(tmp_path) -> None:
     assert read_waypoints(write_waypoints(made, tmp_path / "w.csv")).names == made.names
 
 
-@pytest.mark.parametrize(("key", "value"), [("cyclic", "no"), ("units", 3)])
-def test_words_and_flags_in_a_file_are_checked(tmp_path, key, value) -> None:
+ROW = {"label": 1, "name": "a", "position": [0, 0], "dwell": 0, "turn": 0, "roundness": 1}
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [({"cyclic": "no"}, "w.json at cyclic: found 'no', wanted true or false"), ({"units": 3}, "at units: found 3"),
+     ({"dimensions": None}, "at dimensions: found None, wanted a list"),
+     ({"dimensions": "ab"}, "found 'ab', wanted a list"),
+     ({"start": "here"}, "at start: found 'here', wanted a list"), ({"period": ["a", 1]}, "at period: found ['a', 1]"),
+     ({"version": True}, "version True, wanted a file of kind 'subgoal waypoints', version 1"),
+     ({"waypoints": [[]]}, "at waypoint 1: found [], wanted an object with keys"),
+     ({"waypoints": [ROW, {**ROW, "label": "two"}]}, "at waypoint 2, label: found 'two', wanted a number"),
+     ({"waypoints": [ROW, {**ROW, "dwell": True}]}, "at waypoint 2, dwell: found True, wanted a number"),
+     ({"waypoints": [{k: v for k, v in ROW.items() if k != "turn"}]}, "at waypoint 1: found no 'turn', wanted one"),
+     ({"waypoints": [ROW, {**ROW, "position": [1]}]}, "rows of different lengths"),
+     ({"waypoints": [ROW, {**ROW, "name": 10 * "x" * 10 + "y", "position": 10 * "x" * 10}]}, "x…, wanted a list")],
+)  # fmt: skip
+def test_what_is_wrong_in_a_file_is_told_with_its_key(tmp_path, changed, told) -> None:
     path = write_waypoints(CORNERS, tmp_path / "w.json")
-    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
-    with pytest.raises(InputError, match=f"{key}: found {value!r}"):
+    path.write_text(json.dumps(json.loads(path.read_text()) | changed))
+    with pytest.raises(InputError, match=re.escape(told)):
+        read_waypoints(path)
+
+
+def test_a_key_that_is_missing_is_named(tmp_path) -> None:
+    path = write_waypoints(CORNERS, tmp_path / "w.json")
+    path.write_text(json.dumps({key: value for key, value in json.loads(path.read_text()).items() if key != "units"}))
+    with pytest.raises(ReadError, match=r"w\.json: found no 'units', wanted one beside 'kind', 'version'"):
         read_waypoints(path)
 
 

@@ -10,6 +10,8 @@ from scipy import sparse
 
 from subgoal.answers import predictions
 from subgoal.flight import Waypoints, waypoints
+from subgoal.flight.waypoints import NOBODY
+from subgoal.posterior.diagnostics import Status
 from subgoal.runtime.errors import InputError
 from tests.flight.made import RADIUS, TURN, flip, served, square
 
@@ -133,11 +135,33 @@ def test_a_square_has_four_corners_in_order() -> None:
         ({"positions": [[0.0, 1.0], [2, 2]], "labels": [1]}, "labels: found 1 of them"),
         ({"positions": [[0.0, 1.0], [2, 2]], "cyclic": "no"}, "cyclic: found 'no'"),
         ({"positions": [[0.0, 1.0], [2, 2]], "units": None}, "units: found None"),
+        ({"positions": [[0.0, 1.0], [2, 2]], "notes": (3,)}, "notes: found 3"),
+        ({"positions": [[0.0, 1.0], [2]]}, "rows of different lengths"),
     ],
 )
 def test_what_is_no_waypoints_is_refused(fields: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):
         Waypoints(**fields)
+
+
+def test_of_several_trajectories_one_of_the_starts_is_the_start() -> None:
+    posterior = served("2*20 0*20 1*20", PLACES, offset=[0, 20, 40, 60])
+    begins = posterior.demonstrations.states[[0, 20, 40]].tolist()
+    assert begins == [[-1, -1], PLACES[2].tolist(), PLACES[0].tolist()]
+    np.testing.assert_array_equal(waypoints(posterior).start, PLACES[0])
+
+
+def test_whoever_went_to_all_in_this_order_is_looked_for() -> None:
+    together = waypoints(served("2*20 3*20 0*20 1*20", PLACES, offset=[0, 80]))
+    assert NOBODY not in together.notes
+    apart = waypoints(served("2*20 0*20 3*20 1*20", PLACES, offset=[0, 40, 80]))
+    assert NOBODY in apart.notes
+
+
+@pytest.mark.parametrize("status", list(Status))
+def test_what_has_not_converged_is_told(status: Status) -> None:
+    made = waypoints(replace(served("2*20 0*20", PLACES), status=status))
+    assert made.notes == (() if status is Status.CONVERGED else (status.value,))
 
 
 def test_a_start_and_one_place_are_enough() -> None:

@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 
 from subgoal.cli import options as o
-from subgoal.cli.waypoints import AnyPlane, Cyclic, Dwell, Folder, Height, LeastShare, Metres, Visits
+from subgoal.cli.waypoints import AnyPlane, Cyclic, Dwell, Folder, LeastShare, MergeRadius, Metres, Visits
+
+FILM = "flight.gif"
 
 
 def fly(
@@ -22,8 +24,9 @@ def fly(
     visits: Visits = False,
     dwell: Dwell = 0.0,
     least_share: LeastShare = 0.05,
+    merge_radius: MergeRadius = None,
     plane: AnyPlane = None,
-    height: Height = 1.0,
+    height: Annotated[float, typer.Option(help="Metres above the origin, for a horizontal plane.")] = 1.0,
     scale: Metres = None,
     vehicle: Annotated[str, typer.Option(help="hummingbird or crazyflie.")] = "hummingbird",
     tolerance: Annotated[
@@ -59,8 +62,8 @@ def fly(
     from subgoal.reporting.results import drawn_downwards
     from subgoal.runtime.progress import progress_display
 
-    posterior = learned_in(folder)
-    made = waypoints(posterior, cyclic=cyclic, dwell=dwell, least_share=least_share, visits=visits)
+    posterior, found = learned_in(folder, merge_radius)
+    made = waypoints(posterior, found=found, cyclic=cyclic, dwell=dwell, least_share=least_share, visits=visits)
     flight = flown(
         made, plane=plane, height=height, scale=scale, speed=speed, acceleration=acceleration, smoothing=smoothing,
         rounds=rounds, vehicle=vehicle, tolerance=tolerance, tilt_tolerance=tilt_tolerance,
@@ -72,8 +75,9 @@ def fly(
     with output_folder(folder / "flight" if out is None else out) as place:
         write_flight(flight, error, place)
         save_figure(plot_flight(flight, made, posterior.demonstrations, y_down=y_down), place, "flight")
+        (place / FILM).unlink(missing_ok=True)
         if film:
-            animate_flight(flight, made, posterior.demonstrations, place / "flight.gif", y_down=y_down)
+            animate_flight(flight, made, posterior.demonstrations, place / FILM, y_down=y_down)
     if not quiet:
         print(told(made))
         print(f"{flight.told}; {flight.duration:.1f} s")

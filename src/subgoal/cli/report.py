@@ -12,7 +12,9 @@ from subgoal.cli import options as o
 
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder that subgoal learn wrote (with posterior.npz in it).")],
-    merge_radius: Annotated[float | None, typer.Option(help="Places within it are one subgoal; default 5ε.")] = None,
+    merge_radius: Annotated[
+        float | None, typer.Option(help="Places within it are one subgoal; default: as before.")
+    ] = None,
     y_down: Annotated[bool | None, typer.Option(help="Draw y downwards; default: as before.")] = None,
     sensitivity: o.Sensitivity = False,
     sweep: o.Sweep = False,
@@ -28,10 +30,11 @@ def report(
     from subgoal.cli.table import print_results
     from subgoal.cli.write import write
     from subgoal.posterior.archive import load
-    from subgoal.reporting.results import drawn_downwards
+    from subgoal.reporting.results import drawn_downwards, merged_within
 
     posterior = load(folder / "posterior.npz", mdp=kept_world(folder))
     y_down = drawn_downwards(folder) if y_down is None else y_down
+    merge_radius = merged_within(folder) if merge_radius is None else merge_radius
     results = write(
         posterior, folder, merge_radius=merge_radius, y_down=y_down, sensitive=sensitivity, swept=sweep, quiet=quiet
     )  # fmt: skip

@@ -11,6 +11,8 @@ from typing import Any
 SPELLED = {"thin": "--thin-radius"}
 """Arguments whose option has another name."""
 WITHOUT_MODEL = ("model=None", "no --learn-all")
+TWICE = r"(--[\w-]+)( [^\s(]+)? \(\1\)"
+"""An option beside itself in brackets, where a message named both the argument and the option."""
 VALUE = r"\[[^\]]*\]|'[^']*'|\"[^\"]*\"|\w+(?:\.\w+)*"
 
 
@@ -26,9 +28,11 @@ def as_typed(text: str, command: Callable[..., Any], other: Callable[..., Any] |
     def typed_option(found: re.Match[str]) -> str:
         name, value = found["name"], found["value"] or ""
         listed = re.sub(r"[\[\]'\"]", "", value).replace(", ", ",")
+        listed = "" if listed == "True" else listed
         told = SPELLED.get(name, "--" + name.replace("_", "-"))
         place = f" of subgoal {other.__name__}" if other is not None and name in foreign else ""
         return (f"{told} {quote(listed)}" if listed else told) + place
 
     names = "|".join(sorted(own | foreign, key=len, reverse=True))
-    return re.sub(rf"(?<![^\s(])(?P<name>{names})=(?P<value>{VALUE})?", typed_option, text)
+    text = re.sub(rf"(?<![^\s(])(?P<name>{names})=(?P<value>{VALUE})?", typed_option, text)
+    return re.sub(TWICE, r"\1\2", text)

@@ -41,10 +41,11 @@ def write_flight(flight: Flight, error: Tracking, folder: str | Path) -> tuple[P
 def _numbers(flight: Flight, error: Tracking) -> dict[str, object]:
     placement = flight.placement
     return {
-        "status": flight.status.name, "message": flight.told, "duration": flight.duration,
-        "vehicle": flight.vehicle, "plane": placement.plane, "scale": placement.scale, "units": error.units,
-        "tracking_rmse": error.rmse, "tracking_largest": error.largest, "angle_rmse": error.angle_rmse,
-        "angle_largest": error.angle_largest, "half_extent_flown": error.halves_flown.tolist(),
+        "status": flight.status.name, "message": flight.told, "notes": list(flight.waypoints.notes),
+        "duration": flight.duration, "vehicle": flight.vehicle, "plane": placement.plane, "scale": placement.scale,
+        "units": error.units, "tracking_rmse": error.rmse, "tracking_largest": error.largest,
+        "angle_rmse": error.angle_rmse, "angle_largest": error.angle_largest,
+        "half_extent_flown": error.halves_flown.tolist(),
         "half_extent_demonstrated": error.halves_demonstrated.tolist(), "overshoot": flight.path.overshoot,
         "tolerance": flight.tolerance, "tilt_tolerance": flight.tilt_tolerance,
         "largest_speed": float(np.linalg.norm(flight.velocities, axis=1).max()),

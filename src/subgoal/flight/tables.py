@@ -12,8 +12,8 @@ import numpy as np
 from subgoal.flight.waypoints import Waypoints
 from subgoal.runtime.errors import ReadError
 
-LABEL, NAME, DWELL = "label", "name", "dwell"
-OWN = (LABEL, NAME, DWELL)
+LABEL, NAME, DWELL, UNIT = "label", "name", "dwell", "unit"
+OWN = (LABEL, NAME, DWELL, UNIT)
 """Columns beside the coordinates."""
 MOST_LABEL = 2**31
 Line = tuple[int, dict[str, str]]
@@ -23,14 +23,18 @@ Line = tuple[int, dict[str, str]]
 def write_table(waypoints: Waypoints, stream: Any) -> None:
     """A header and a row for each waypoint."""
     table = csv.writer(stream, lineterminator="\n")
-    table.writerow([LABEL, NAME, *waypoints.dimensions, DWELL])
+    unit = [waypoints.units] if waypoints.units else []
+    table.writerow([LABEL, NAME, *waypoints.dimensions, DWELL, *([UNIT] if unit else [])])
     rows = zip(waypoints.labels.tolist(), waypoints.names, waypoints.positions, waypoints.dwell.tolist(), strict=True)
     for label, name, place, dwell in rows:
-        table.writerow([label, name, *map(repr, place.tolist()), repr(dwell)])
+        table.writerow([label, name, *map(repr, place.tolist()), repr(dwell), *unit])
 
 
-def read_table(path: Path, text: str, units: str, period: tuple[float, ...]) -> Waypoints:
-    """The waypoints of ``text``, the content of ``path``; ``ReadError`` names the line at fault."""
+def read_table(path: Path, text: str, units: str | None, period: tuple[float, ...]) -> Waypoints:
+    """The waypoints of ``text``, the content of ``path``; ``ReadError`` names the line at fault.
+
+    ``units`` None: those of the column "unit", metres where there is none.
+    """
     columns, lines = _lines(path, text)
     names = tuple(name for name in columns if name not in OWN)
     if not lines or not names:
@@ -43,6 +47,8 @@ def read_table(path: Path, text: str, units: str, period: tuple[float, ...]) -> 
         more["names"] = tuple(cells[NAME] for _, cells in lines)
     if DWELL in columns:
         more["dwell"] = [_number(path, line, DWELL) for line in lines]
+    if units is None:
+        units = _unit(path, lines) if UNIT in columns else "m"
     places = [[_number(path, line, name) for name in names] for line in lines]
     return Waypoints(np.array(places), dimensions=names, units=units, period=period, **more)
 
@@ -86,6 +92,14 @@ def _label(path: Path, line: Line) -> int:
     if not 0 < value < MOST_LABEL:
         raise _wrong(path, number, LABEL, cells[LABEL], "the number of a subgoal, from 1")
     return value
+
+
+def _unit(path: Path, lines: list[Line]) -> str:
+    unit = lines[0][1][UNIT].strip()
+    for number, cells in lines:
+        if cells[UNIT].strip() != unit:
+            raise _wrong(path, number, UNIT, cells[UNIT], f"{unit!r}, as in the lines before")
+    return unit
 
 
 def _wrong(path: Path, number: int, column: str, cell: str, wanted: str) -> ReadError:

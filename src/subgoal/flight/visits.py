@@ -48,6 +48,16 @@ def follows(seen: list[Visit], last: int, first: int) -> bool:
     return last != first and 2 * after.count(first) > len(after)
 
 
+def in_this_order(seen: list[Visit], order: Ints) -> bool:
+    """Whether some trajectory goes to the places of ``order``, one after another, whatever lies between."""
+    wanted = order.tolist()
+    for name in {visit.trajectory for visit in seen}:
+        ahead = iter(visit.subgoal for visit in seen if visit.trajectory == name)
+        if all(goal in ahead for goal in wanted):
+            return True
+    return False
+
+
 def turns_to(angles: Floats, offset: Ints, seen: list[Visit], order: Ints, wrapped: Floats) -> Floats:
     """(W,) the turns ``wrapped`` (W,) with the whole turns that the demonstrator made: the nearest to the median visit.
 

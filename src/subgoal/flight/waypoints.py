@@ -14,11 +14,13 @@ from subgoal.answers.subgoals import COUNTED_FROM, Subgoal, Subgoals, reaches, s
 from subgoal.demonstrations.fields import check_period, labels_of, set_fields
 from subgoal.demonstrations.metric import Metric
 from subgoal.demonstrations.records import Demonstrations
-from subgoal.flight.visits import Visit, follows, roundness_of, turns_to, visited_in_order
+from subgoal.flight.visits import Visit, follows, in_this_order, roundness_of, turns_to, visited_in_order
+from subgoal.posterior.diagnostics import Status
 from subgoal.posterior.posterior import Posterior
 from subgoal.runtime.checks import Floats, Ints, flag, frozen, positive, real_array, text, whole, whole_numbers
 from subgoal.runtime.errors import InputError
 
+NOBODY = "no trajectory goes to all of these places in this order"
 STRAY = 5
 """A segment of fewer observations is no visit."""
 
@@ -51,6 +53,8 @@ class Waypoints:
     roundness:
         (W,) how far the demonstrator's way to each waypoint swung out, as a share of what the arc of its turn does:
         1 for circles, less for narrower loops.
+    notes:
+        What to know of them: that the posterior has not converged, that nobody went to all of them in this order.
 
     Raises
     ------
@@ -69,6 +73,7 @@ class Waypoints:
     start: Floats | None = None
     turns: Any = None
     roundness: Any = 1.0
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         places = real_array("positions", self.positions, ndim=2)
@@ -80,6 +85,7 @@ class Waypoints:
             self, positions=places, labels=frozen(labels), dwell=_one_each("dwell", self.dwell, count),
             names=labels_of("names", self.names or tuple(f"subgoal {label}" for label in labels), count, "w"),
             roundness=_one_each("roundness", self.roundness, count), cyclic=flag("cyclic", self.cyclic),
+            notes=tuple(text("notes", note) for note in self.notes),
             dimensions=labels_of("dimensions", self.dimensions, d, "x"), units=text("units", self.units),
             period=check_period(self.period, d) or (np.inf,) * d,
             start=None if self.start is None else _start(self.start, d),
@@ -212,17 +218,25 @@ def _made(
     dwell: float,
 ) -> Waypoints:  # fmt: skip
     demos: Demonstrations = posterior.demonstrations
+    notes = [] if posterior.status is Status.CONVERGED else [str(posterior.status.value)]
+    notes += [] if in_this_order(seen, order) else [NOBODY]
     if not order.size:
         raise InputError("stray", found="no segment as long", wanted="fewer observations")
     period = tuple(posterior.candidates.metric.period.tolist())
-    goals, begin = [kept[k] for k in order], demos.states[demos.offset[:-1]]
+    goals = [kept[k] for k in order]
     made = Waypoints(
         np.array([goal.position for goal in goals]), tuple(goal.name for goal in goals),
         np.array([goal.label for goal in goals]), dwell, cyclic, demos.names, demos.units, period,
-        np.asarray(begin[0] if demos.n_trajectories == 1 else np.median(begin, axis=0)),
+        _usual_start(demos, posterior.candidates.metric), notes=tuple(notes),
     )  # fmt: skip
     if made.angle is None:
         return made
     turned = turns_to(demos.states[:, made.angle], demos.offset, seen, order, made.turns)
     flat = np.delete(demos.states, made.angle, axis=1)
     return replace(made, turns=turned, roundness=roundness_of(flat, seen, order, turned))
+
+
+def _usual_start(demos: Demonstrations, metric: Metric) -> Floats:
+    """(d,) where the trajectory begins whose begin is nearest to the median of all begins; of several, the first."""
+    begins = demos.states[demos.offset[:-1]]
+    return np.asarray(begins[int(np.argmin(metric.distance(np.median(begins, axis=0), begins)))])

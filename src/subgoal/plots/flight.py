@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,8 +55,10 @@ def plot_flight(
     pairs = [(0, 1)] if len(flight.placement.axes) == 2 else [(0, 1), (0, 2)]
     width = 11.5 if len(pairs) == 1 else 14.5
     figure = new_figure(width, 6.4, f"Flown in {flight.duration:.1f} s: {error.told}", None, [_told(flight)], left=0.07)
-    if flight.status is not FlightStatus.FLOWN:
-        figure.text(0.07, 0.945, flight.told, fontsize=TEXT, color=ALARM, weight="bold", va="top")
+    alarms = [] if flight.status is FlightStatus.FLOWN else [flight.told]
+    alarms += [note.split(";")[0] for note in flight.waypoints.notes]
+    told = textwrap.shorten("; ".join(alarms), int(0.93 * width * 11.5))
+    figure.text(0.07, 0.945, told, fontsize=TEXT, color=ALARM, weight="bold", va="top")
     right = 0.655 if len(pairs) == 1 else 0.74
     each = (right - 0.13) / len(pairs)
     for k, pair in enumerate(pairs):
@@ -64,7 +67,7 @@ def plot_flight(
         draw_waypoints(axes, waypoints, flight, pair)
         if len(pairs) == 1:
             draw_vehicles(axes, flight, _spread(flight))
-    vehicle = "vehicle, and where it thrusts" if flight.placement.upright else "vehicle, and its nose"
+    vehicle = "vehicle and thrust" if flight.placement.upright else "vehicle and nose"
     _key(figure, vehicle if len(pairs) == 1 else "")
     _over_time(figure, right, 0.55, flight, error.flown, "from the demonstrated path", error.units)
     if error.angle_rmse is not None and flight.placement.upright:
@@ -170,7 +173,7 @@ def _key(figure: Figure, vehicle: str) -> None:
         handles.append(Line2D([], [], linestyle="", marker=mast, markersize=14, color=INK, markeredgewidth=1.5,
                label=vehicle))  # fmt: skip
     figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.06, 0.925), ncols=5, frameon=False,
-                  fontsize=SMALL)  # fmt: skip
+                  fontsize=SMALL, columnspacing=1.2, handletextpad=0.5)  # fmt: skip
 
 
 def _over_time(

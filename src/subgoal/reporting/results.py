@@ -196,10 +196,21 @@ def summary(posterior: Posterior, found: Subgoals, cut: Segments) -> dict[str, A
 
 def drawn_downwards(folder: Path) -> bool:
     """Whether the pictures of a folder of results were drawn with y downwards."""
+    return _kept(folder, "y_down") is True
+
+
+def merged_within(folder: Path) -> float | None:
+    """The merge radius of a folder of results; None where it is not told."""
+    radius = _kept(folder, "merge_radius")
+    return float(radius) if isinstance(radius, (int, float)) and 0 <= radius < float("inf") else None
+
+
+def _kept(folder: Path, name: str) -> Any:
+    """What ``summary.json`` says; None where it says nothing."""
     try:
-        return bool(json.loads((folder / "summary.json").read_text(encoding="utf-8")).get("y_down", False))
+        return json.loads((folder / "summary.json").read_text(encoding="utf-8")).get(name)
     except (OSError, ValueError, AttributeError):
-        return False
+        return None
 
 
 def _finite(numbers: dict[str, float]) -> dict[str, float | None]:

@@ -50,7 +50,8 @@ def real_array(what: str, value: Any, *, ndim: int | tuple[int, ...], finite: bo
             raise TypeError("complex")
         array = owned(np.ascontiguousarray(given, dtype=np.float64).reshape(given.shape), given)
     except (TypeError, ValueError) as problem:
-        raise InputError(what, found=f"{type(value).__name__} ({problem})", wanted="real numbers") from None
+        told = "rows of different lengths" if "inhomogeneous" in str(problem) else problem
+        raise InputError(what, found=f"{type(value).__name__} ({told})", wanted="real numbers") from None
     wanted = (ndim,) if isinstance(ndim, int) else ndim
     if array.ndim not in wanted:
         shape = " or ".join(f"{n} dimension{'s' if n != 1 else ''}" for n in wanted)
