@@ -17,9 +17,12 @@ from subgoal.likelihood.action_comparison import action_comparison
 from subgoal.likelihood.controllers import proportional
 from subgoal.likelihood.table import LogLikelihood
 from subgoal.partition.protocol import Sampler
+from subgoal.plots.words import counted
 from subgoal.runtime.errors import InputError
 
 POSTERIOR = "posterior.npz"
+FEW = 10
+"""Pairs below which it is told that little can be learned."""
 FINE = 1 / 40
 """Seconds between samples below which --rate is recommended."""
 
@@ -44,6 +47,15 @@ def rate_hint(data: Recording | Demonstrations, reading: dict[str, Any]) -> str:
         return ""
     step = float(np.median(np.diff(data.times)))
     return f"{1 / step:.0f} samples a second: --rate 20 makes segments fewer and longer" if 0 < step < FINE else ""
+
+
+def few_told(data: Demonstrations, reading: dict[str, Any]) -> str:
+    """A line where hardly anything is left to learn from, and what may have left it out; empty elsewhere."""
+    if data.n_observations >= FEW:
+        return ""
+    chosen = [f"--{name}" for name in ("every", "window") if (reading.get(name) or 1) > 1]
+    cause = f": {' and '.join(chosen)} may be too large" if chosen else ""
+    return f"warning: learned from {counted(data.n_observations, 'pair')} of state and action only{cause}"
 
 
 def candidate_places(

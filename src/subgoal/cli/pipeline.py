@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -49,7 +50,14 @@ def learn_file(
     swept: bool = False,
 ) -> None:
     """The pipeline behind ``learn`` and ``demo``: read, tabulate, sample, write, print."""
-    from subgoal.cli.compose import candidate_places, clock_told, likelihood_table, output_folder, rate_hint
+    from subgoal.cli.compose import (
+        candidate_places,
+        clock_told,
+        few_told,
+        likelihood_table,
+        output_folder,
+        rate_hint,
+    )
     from subgoal.demonstrations.metric import Metric
     from subgoal.demonstrations.read import read
 
@@ -58,6 +66,8 @@ def learn_file(
         print(clock_told(demonstrations, file, reading))
         if hint := rate_hint(demonstrations, reading):
             print(hint)
+        if warning := few_told(demonstrations, reading):
+            print(warning, file=sys.stderr)
     plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
     chosen = candidate_places(demonstrations, plan, **places)
     fixed = table["confidence"] is not None
