@@ -104,7 +104,7 @@ def test_a_report_can_be_made_again(subgoal, laps: Path, tmp_path: Path) -> None
         (("--floor", "1,1", "--weights", "1,1"), "none beside --weights"),
         (("--gain", "2"), "--gain"),
         (("--cell", "1"), "--likelihood grid"),
-        (("--dwell", "-1"), "dwell"),
+        (("--dwell", "-1"), "dwell: found -1.0, wanted a finite number of at least 0"),
         (("--hold", "1.5"), "share of the future"),
         (("--epsilon", "50"), "more states than dimensions"),
     ],
@@ -115,6 +115,23 @@ def test_what_does_not_fit_is_refused(subgoal, laps: Path, tmp_path: Path, words
     assert answer.code == 2
     assert said in answer.err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "options"),
+    [
+        (("--horizon", "1e9"), ("--horizon (it is 1e+09, a step is 0.5)", "--hold")),
+        (("--rate", "2", "--every", "60"), ("--every", "--rate", "one pair in each trajectory")),
+        (("--action-bounds=0:0.1,0:0.1",), ("wider bounds (--action-bounds)",)),
+    ],
+)
+def test_what_to_try_is_an_option(subgoal, laps: Path, tmp_path: Path, words, options) -> None:
+    answer = learned(subgoal, laps, tmp_path / "out", *words)
+    assert answer.code == 2
+    said, tried = answer.err.split(" Try: ")
+    assert all(option in said + tried for option in options)
+    for word in ("width", "ContinuousWorld", "numpy"):
+        assert word not in tried.split("in Python")[0]
 
 
 @pytest.mark.parametrize("words", [("--dynamics", "linear"), ("--floor", "1,1"), ("--dwell", "2"), ("--horizon", "3")])

@@ -116,7 +116,7 @@ def test_bad_input_is_refused():
                       metric=subgoal.Metric.euclidean(2))  # fmt: skip
     with pytest.raises(InputError, match="None beside a ContinuousWorld"):
         subgoal.gpsrl(DEMOS, plane(), bounds=(LOW, HIGH))
-    with pytest.raises(InputError, match="dwell"):
+    with pytest.raises(InputError, match="wanted a finite number of at least 0"):
         subgoal.gpsrl(DEMOS, plane(), dwell=-1.0)
     still = subgoal.Demonstrations.from_arrays(
         np.column_stack([DEMOS.states, np.ones(81)]), DEMOS.actions, DEMOS.offset, times=DEMOS.times

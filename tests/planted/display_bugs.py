@@ -1,4 +1,4 @@
-"""Small wrongs in what is shown while work goes on and in the report, and the test that must notice each."""
+"""Small wrongs in what is told while work goes on, in the report and in errors, and the test that must notice each."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from tests.planted.bug import Bug
 PROGRESS, PACE = "runtime/progress.py", "runtime/test_progress.py::test_"
 SIDES, SCENE, TABLES = "reporting/sides.py", "reporting/scene.py", "reporting/tables.py"
 SHOWN = "reporting/test_scene.py::test_"
+TRIED = "cli/test_learn_continuous.py::test_what_to_try_is_an_option"
 THINNING, NET = "demonstrations/thinning.py", "demonstrations/test_thinning.py::test_"
 
 DISPLAY_BUGS = [
@@ -34,4 +35,12 @@ DISPLAY_BUGS = [
         SHOWN + "the_second_axis_may_point_down"),
     Bug("positions have no names", TABLES, "if named else", "if False else",
         SHOWN + "positions_name_their_dimensions_and_the_unit_where_there_is_one"),
+    Bug("0 is told to be no dwell", "irl/gpsrl.py", 'positive("dwell", dwell, zero=True)', 'positive("dwell", dwell)',
+        "irl/test_gpsrl.py::test_bad_input_is_refused"),
+    Bug("a horizon too far is not told", "likelihood/gp_actions.py", "a shorter horizon= (it is", "a width (horizon",
+        TRIED + "[words0-options0]"),
+    Bug("slow samples held long are not told", "demonstrations/held.py", "a smaller every= or a higher rate= (a",
+        "times (a", TRIED + "[words1-options1]"),
+    Bug("bounds of actions have no option", "dynamics/protocol.py", "wider bounds (--action-bounds), or in Python ", "",
+        TRIED + "[words2-options2]"),
 ]  # fmt: skip

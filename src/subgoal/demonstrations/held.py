@@ -69,7 +69,8 @@ def time_step(demonstrations: Demonstrations) -> float:
     steps = np.diff(demonstrations.times)[together]
     if not steps.size:
         raise InputError("demonstrations", found="one pair in each trajectory", wanted="some trajectory with two",
-                         hint="times of the demonstrations, or a ContinuousWorld with its step")  # fmt: skip
+                         hint="a smaller every= or a higher rate= (a pair is as long as every= samples), or a longer "
+                              "recording; in Python also a ContinuousWorld, which has a step")  # fmt: skip
     typical = float(np.median(steps))
     worst = float(np.abs(steps - typical).max())
     if not worst <= UNEVEN * typical:

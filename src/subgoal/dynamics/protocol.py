@@ -78,7 +78,7 @@ def check_bounds(low: Any, high: Any, actions: Any) -> Floats:
         row, k = (int(index) for index in np.argwhere(outside)[0])
         raise InputError(
             "actions", where=f"index {(row, k)}", found=given[row, k], wanted=f"{low[k]:g} to {high[k]:g}",
-            hint="numpy.clip(actions, low, high), or wider bounds",
+            hint="wider bounds (--action-bounds), or in Python numpy.clip(actions, low, high)",
         )  # fmt: skip
     return given
 

@@ -112,7 +112,7 @@ def lasting(step: float, dwell: float | None, given: Any = ()) -> dict[str, Any]
         return {}
     if dwell == 0:
         return {"sampler": annealed}
-    kept = STEPS_KEPT * step if dwell is None else positive("dwell", dwell)
+    kept = STEPS_KEPT * step if dwell is None else positive("dwell", dwell, zero=True)
     return {"model": Persistent(keep=math.exp(-step / kept))}
 
 

@@ -126,7 +126,8 @@ def gp_actions(
     kept = share >= least
     if not kept.any():
         found = f"none of {len(kept)} can be held: at most {share.max():.2f} of the future"
-        hint = "a smaller hold, a larger width, or a better model"
+        hint = (f"a shorter horizon= (it is {world.horizon:g}, a step is {world.step:g}), a smaller hold=, or a better "
+                "model; in Python also a larger width=")  # fmt: skip
         raise InputError("candidates", found=found, wanted=f"{least:g} of it", hint=hint)
     source = GaussianProcessValues(
         plan.only(np.flatnonzero(kept)), world, metric, states, actions, world.ahead(states, actions, metric),
