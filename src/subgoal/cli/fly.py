@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from subgoal.cli import options as o
-from subgoal.cli.waypoints import AnyPlane, Cyclic, Dwell, Folder, LeastShare, MergeRadius, Metres, Visits
+from subgoal.cli.waypoints import AnyPlane, Cyclic, Dwell, Folder, LeastShare, Metres, Visits
 
 FILM = "flight.gif"
 
@@ -24,7 +24,7 @@ def fly(
     visits: Visits = False,
     dwell: Dwell = 0.0,
     least_share: LeastShare = 0.05,
-    merge_radius: MergeRadius = None,
+    merge_radius: o.MergedAsBefore = None,
     plane: AnyPlane = None,
     height: Annotated[float, typer.Option(help="Metres above the origin, for a horizontal plane.")] = 1.0,
     scale: Metres = None,

@@ -14,28 +14,20 @@ from subgoal.cli import options as o
 if TYPE_CHECKING:
     from subgoal.streaming import Stream
 
-MODEL = "Model"
-
 
 def follow(
     file: Annotated[str, typer.Argument(help="CSV file that may still grow, or - for standard input.")],
     epsilon: Annotated[float, typer.Option(help="Radius of the ε-net of candidate places, in units of the positions.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("out"),
     confidence: Annotated[
-        float, typer.Option("--confidence", "-a", help="α: nats per unit of direction.", rich_help_panel=MODEL)
+        float, typer.Option("--confidence", "-a", help="α: nats per unit of direction.", rich_help_panel=o.MODEL)
     ] = 3.0,
     concentration: Annotated[
-        float, typer.Option("--concentration", "-e", help="η: larger expects more subgoals.", rich_help_panel=MODEL)
+        float, typer.Option("--concentration", "-e", help="η: larger expects more subgoals.", rich_help_panel=o.MODEL)
     ] = 1.0,
-    weights: Annotated[
-        str | None, typer.Option(help="Weight of each dimension, e.g. 1,1,0.3.", rich_help_panel=MODEL)
-    ] = None,
-    period: Annotated[
-        str | None, typer.Option(help="Period of each dimension, e.g. inf,inf,6.2832.", rich_help_panel=MODEL)
-    ] = None,
-    merge_radius: Annotated[
-        float | None, typer.Option(help="Places within it are one subgoal; default 5ε.", rich_help_panel=MODEL)
-    ] = None,
+    weights: o.Weights = None,
+    period: o.Period = None,
+    merge_radius: o.MergeRadius = None,
     draws: Annotated[int, typer.Option(help="Kept draws per chain, at the end.")] = 1000,
     warmup: Annotated[int, typer.Option(help="Sweeps before the first kept draw.")] = 200,
     thin: Annotated[int, typer.Option(help="Sweeps between kept draws.")] = 2,

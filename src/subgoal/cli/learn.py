@@ -13,7 +13,6 @@ from subgoal.cli.pipeline import learn_file, scheduler_of
 CELLS, PROCESSES = "grid", "gp"
 """Words for planning in cells, and by Gaussian processes."""
 PLACES = "Candidate places"
-MODEL = "Model"
 RUN = "Run"
 
 
@@ -23,34 +22,31 @@ def learn(
     learn_all: Annotated[
         bool,
         typer.Option(
-            "--learn-all", help="Learn α, η, persistence and weight; what is given stays.", rich_help_panel=MODEL
+            "--learn-all", help="Learn α, η, persistence and weight; what is given stays.", rich_help_panel=o.MODEL
         ),
     ] = False,
     confidence: Annotated[
         float | None,
-        typer.Option("--confidence", "-a", help="α: nats per unit of direction; default 3.", rich_help_panel=MODEL),
+        typer.Option("--confidence", "-a", help="α: nats per unit of direction; default 3.", rich_help_panel=o.MODEL),
     ] = None,
     concentration: Annotated[
         float | None,
         typer.Option(
-            "--concentration", "-e", help="η: larger expects more subgoals; default 1.", rich_help_panel=MODEL
+            "--concentration", "-e", help="η: larger expects more subgoals; default 1.", rich_help_panel=o.MODEL
         ),
     ] = None,
     controller: Annotated[
-        str, typer.Option(help="direction (straight to the goal) or proportional.", rich_help_panel=MODEL)
+        str, typer.Option(help="direction (straight to the goal) or proportional.", rich_help_panel=o.MODEL)
     ] = "direction",
     gain: Annotated[
-        float | None, typer.Option(help="Of the proportional controller, 1/time; default 1.", rich_help_panel=MODEL)
+        float | None, typer.Option(help="Of the proportional controller, 1/time; default 1.", rich_help_panel=o.MODEL)
     ] = None,
     speed_limit: Annotated[
-        float | None, typer.Option(help="Of the proportional controller; default: median speed.", rich_help_panel=MODEL)
+        float | None,
+        typer.Option(help="Of the proportional controller; default median speed.", rich_help_panel=o.MODEL),
     ] = None,
-    weights: Annotated[
-        str | None, typer.Option(help="Weight of each dimension, e.g. 1,1,0.3.", rich_help_panel=MODEL)
-    ] = None,
-    period: Annotated[
-        str | None, typer.Option(help="Period of each dimension, e.g. inf,inf,6.2832.", rich_help_panel=MODEL)
-    ] = None,
+    weights: o.Weights = None,
+    period: o.Period = None,
     candidates: Annotated[
         Path | None, typer.Option(help="CSV of places with position columns, name, prior.", rich_help_panel=PLACES)
     ] = None,
@@ -58,9 +54,7 @@ def learn(
         float | None, typer.Option(help="Radius of the ε-net; default 3 % of the extent.", rich_help_panel=PLACES)
     ] = None,
     grid: Annotated[float | None, typer.Option(help="Regular grid of this spacing.", rich_help_panel=PLACES)] = None,
-    merge_radius: Annotated[
-        float | None, typer.Option(help="Places within it are one subgoal; default 5ε.", rich_help_panel=PLACES)
-    ] = None,
+    merge_radius: o.MergeRadius = None,
     sampler: Annotated[
         str | None, typer.Option(help="Of subgoal.samplers; default collapsed_blocks.", rich_help_panel=RUN)
     ] = None,
@@ -100,7 +94,7 @@ def learn(
         typer.Option(
             help="grid: plan in cells; gp: plan in a continuous world, by Gaussian processes; instead of comparing "
             "directions. Else the column with the tracker's confidence.",
-            rich_help_panel=MODEL,
+            rich_help_panel=o.MODEL,
         ),
     ] = None,
     cell: o.Cell = None,

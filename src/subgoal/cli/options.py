@@ -9,10 +9,18 @@ import typer
 
 from subgoal.runtime.errors import InputError
 
-READING = "Reading the file"
+READING, MODEL = "Reading the file", "Model"
 File = Annotated[Path, typer.Argument(help="Recording: CSV, Parquet, NPZ, tracker or trajectory file, or bag.")]
 Format = Annotated[
     str | None, typer.Option(help="File format, if it is not found out by itself.", rich_help_panel=READING)
+]
+Weights = Annotated[str | None, typer.Option(help="Weight of each dimension, e.g. 1,1,0.3.", rich_help_panel=MODEL)]
+Period = Annotated[
+    str | None, typer.Option(help="Period of each dimension, e.g. inf,inf,6.2832.", rich_help_panel=MODEL)
+]
+MergeRadius = Annotated[float | None, typer.Option(help="Places within it are one subgoal; default 5ε.")]
+MergedAsBefore = Annotated[
+    float | None, typer.Option("--merge-radius", help="Places within it are one subgoal; default: as in the results.")
 ]
 Position = Annotated[
     str | None, typer.Option("--position", "-p", help="Position columns, e.g. x,y.", rich_help_panel=READING)

@@ -12,9 +12,7 @@ from subgoal.cli import options as o
 
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder that subgoal learn wrote (with posterior.npz in it).")],
-    merge_radius: Annotated[
-        float | None, typer.Option(help="Places within it are one subgoal; default: as before.")
-    ] = None,
+    merge_radius: o.MergedAsBefore = None,
     y_down: Annotated[bool | None, typer.Option(help="Draw y downwards; default: as before.")] = None,
     sensitivity: o.Sensitivity = False,
     sweep: o.Sweep = False,

@@ -29,9 +29,6 @@ AnyPlane = Annotated[
     str | None, typer.Option(help="Plane of the world for two positions, e.g. yz; default: their names, or xy.")
 ]
 Metres = Annotated[float | None, typer.Option("--scale", help="Metres per unit of the positions.")]
-MergeRadius = Annotated[
-    float | None, typer.Option(help="Places within it are one subgoal; default: as in the results.")
-]
 TABLES = (".csv", ".json")
 
 
@@ -42,7 +39,7 @@ def waypoints(
     visits: Visits = False,
     dwell: Dwell = 0.0,
     least_share: LeastShare = 0.05,
-    merge_radius: MergeRadius = None,
+    merge_radius: o.MergedAsBefore = None,
     frame: Annotated[str | None, typer.Option(help="Frame of the path, for ROS; default: map.")] = None,
     plane: AnyPlane = None,
     height: Annotated[
