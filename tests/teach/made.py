@@ -76,10 +76,10 @@ class Page:
                 return message
 
     def answer(self, stage: str) -> dict[str, Any]:
-        """The next answer of that stage."""
+        """The next answer of that stage; a full one to all that was done, not to an empty sheet before it."""
         while True:
             found = self.hear("answer")
-            if found["stage"] == stage:
+            if found["stage"] == stage and (stage != "full" or found["number"] == self.number):
                 return found
 
     def done(self, number: int | None = None) -> dict[str, Any]:

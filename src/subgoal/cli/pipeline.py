@@ -66,12 +66,12 @@ def learn_file(
         print(clock_told(demonstrations, file, reading))
         if hint := rate_hint(demonstrations, reading):
             print(hint)
-        if warning := few_told(demonstrations, reading):
-            print(warning, file=sys.stderr)
     plan = Metric.of(demonstrations.states.shape[-1], metric["weights"], metric["period"])
     chosen = candidate_places(demonstrations, plan, **places)
     fixed = table["confidence"] is not None
     likelihood = likelihood_table(demonstrations, chosen, **(table if fixed else {**table, "confidence": CONFIDENCE}))
+    if not quiet and (warning := few_told(demonstrations, reading)):
+        print(warning, file=sys.stderr)
     with output_folder(out) as folder:
         learn_table(
             likelihood, folder, run, merge_radius=merge_radius, y_down=y_down, quiet=quiet, learn_all=learn_all,
