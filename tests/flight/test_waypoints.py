@@ -145,10 +145,11 @@ def test_what_is_no_waypoints_is_refused(fields: dict, message: str) -> None:
 
 
 def test_of_several_trajectories_one_of_the_starts_is_the_start() -> None:
-    posterior = served("2*20 0*20 1*20", PLACES, offset=[0, 20, 40, 60])
-    begins = posterior.demonstrations.states[[0, 20, 40]].tolist()
-    assert begins == [[-1, -1], PLACES[2].tolist(), PLACES[0].tolist()]
-    np.testing.assert_array_equal(waypoints(posterior).start, PLACES[0])
+    """Begins are (−1, −1), (3, 3), (3, 0) and (0, 0), so that nobody begins at their median."""
+    posterior = served("2*20 1*20 0*20 3*20", PLACES, offset=[0, 20, 40, 60, 80])
+    begins = posterior.demonstrations.states[[0, 20, 40, 60]].tolist()
+    assert begins == [[-1, -1], [3, 3], [3, 0], [0, 0]]
+    np.testing.assert_array_equal(waypoints(posterior).start, [3, 0])
 
 
 def test_whoever_went_to_all_in_this_order_is_looked_for() -> None:
